@@ -7,10 +7,11 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 
 use crate::cmd::args::RegressArgs;
 use crate::cmd::args::regress::{
-    AnnotationService, RegressCommand, RegressFolder, RegressMergeArgs, RegressOutputs, RegressRunArgs,
-    RegressUpdateArgs,
+    AnnotationService, RegressBisectArgs, RegressCommand, RegressFolder, RegressMergeArgs, RegressOutputs,
+    RegressRunArgs, RegressUpdateArgs,
 };
 use crate::image::write::{atomically, check_place};
+use crate::regress::bisect::{BisectOptions, BisectOutcome, BisectStep, bisect};
 use crate::regress::case_run::{device, method};
 use crate::regress::manifest::read_plan;
 use crate::regress::merge::merge;
@@ -19,6 +20,8 @@ use crate::regress::provenance::stored;
 use crate::regress::report;
 use crate::regress::run::{RegressEvent, RegressOptions, choose, run};
 use crate::regress::run_report::{CaseVerdict, RunReport};
+use crate::regress::timed_run::TimingOptions;
+use crate::regress::timing::TimingVerdict;
 use crate::regress::update::{UpdateOptions, UpdateOutcome, update};
 use crate::render::figures::{is_special, print, publish};
 use crate::render::process::{listen_for_interrupt, tell};
@@ -33,6 +36,7 @@ pub fn regress(args: &RegressArgs) -> ExitCode {
         RegressCommand::Run(args) => run_cases(args),
         RegressCommand::Update(args) => update_references(args),
         RegressCommand::Merge(args) => merge_shards(args),
+        RegressCommand::Bisect(args) => bisect_case(args),
         RegressCommand::List(args) => plan(&args.folder).map(|plan| list(&plan)),
     };
     let code = outcome.unwrap_or_else(|error| {
@@ -61,6 +65,7 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
     let plan = plan(&args.folder)?;
     let results = results(&args.outputs, &args.folder);
     check_outputs(&args.outputs)?;
+    let timing = timing(args)?;
     listen_for_interrupt();
     let options = RegressOptions {
         results: results.clone(),
@@ -70,13 +75,25 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         seed_base: args.seed_base,
         jobs: usize::from(args.jobs),
         program: program()?,
+        timing,
     };
-    let steps = steps(&plan, &args.cases, args.shard.map_or(1, |shard| shard.of), args.quiet)?;
+    let rounds = if options.timing.is_some() { 2 } else { 1 };
+    let count = choose(&plan, &args.cases)?.len().div_ceil(args.shard.map_or(1, |shard| shard.of));
+    let steps = steps(rounds * count, args.quiet);
     let outcome = run(&plan, &options, &|event| match event {
         RegressEvent::Begins(name) => begin(steps.as_ref(), name),
         RegressEvent::Ends(case) => {
             if case.verdict >= CaseVerdict::Changed {
                 say(steps.as_ref(), &format!("{}: {}: {}", case.name, case.verdict.name(), case.sentence));
+            }
+            done(steps.as_ref());
+        }
+        RegressEvent::Times(name) => begin(steps.as_ref(), &format!("time of {name}")),
+        RegressEvent::Timed(case) => {
+            let notable = |verdict| matches!(verdict, TimingVerdict::Slower | TimingVerdict::Untimed);
+            if let Some(timing) = case.timing.as_ref().filter(|timing| notable(timing.verdict)) {
+                let verdict = timing.verdict.name();
+                say(steps.as_ref(), &format!("{}: {verdict}: {}", case.name, timing.sentence));
             }
             done(steps.as_ref());
         }
@@ -92,7 +109,100 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         ));
         return Ok(BROKEN);
     }
-    Ok(outcome.report.exit_code())
+    if options.timing.is_some() {
+        tell_untimed(&outcome.report);
+    }
+    let slower = args.fail_on_slower.map_or(0, |percent| code_of_times(&outcome.report, percent));
+    Ok(outcome.report.exit_code().max(slower))
+}
+
+/// The other program of `--time-against`.
+fn timing(args: &RegressRunArgs) -> Result<Option<TimingOptions>> {
+    let Some(path) = &args.time_against else { return Ok(None) };
+    let against = std::path::absolute(path).into_diagnostic()?;
+    if !against.is_file() {
+        return Err(miette::miette!(
+            help = "name the file of another pointillist, such as target/release/pointillist of another checkout",
+            "--time-against {}: there is no such file",
+            path.display()
+        ));
+    }
+    Ok(Some(TimingOptions { against, pairs: args.time_pairs, most_pairs: args.most_time_pairs }))
+}
+
+/// Says which cases have no times because only their own program renders them.
+fn tell_untimed(report: &RunReport) {
+    let untimed =
+        report.cases.iter().filter(|case| case.timing.is_none() && case.verdict != CaseVerdict::Broken);
+    let names: Vec<&str> = untimed.map(|case| case.name.as_str()).collect();
+    if !names.is_empty() {
+        tell(&format!("not timed, as other programs render them: {}", names.join(", ")));
+    }
+}
+
+/// The exit code of `--fail-on-slower`, with a line that says why.
+fn code_of_times(report: &RunReport, percent: f64) -> u8 {
+    let timed = || report.cases.iter().filter_map(|case| Some((case, case.timing.as_ref()?)));
+    let untimed = timed().filter(|(_, timing)| timing.verdict == TimingVerdict::Untimed);
+    let slower = timed().filter(|(_, timing)| timing.is_slower_by(percent / 100.0));
+    let slow = format!("certainly slower by more than {percent} %");
+    let mut code = 0;
+    for (worse, what, cases) in
+        [(1, slow.as_str(), slower.collect::<Vec<_>>()), (BROKEN, "not timed", untimed.collect())]
+    {
+        if !cases.is_empty() {
+            let names: Vec<&str> = cases.iter().map(|(case, _)| case.name.as_str()).collect();
+            tell(&format!("--fail-on-slower: {what}: {}", names.join(", ")));
+            code = worse;
+        }
+    }
+    code
+}
+
+fn bisect_case(args: &RegressBisectArgs) -> Result<u8> {
+    let plan = plan(&args.folder)?;
+    listen_for_interrupt();
+    let options = BisectOptions {
+        case: args.case.clone(),
+        good: args.good.clone(),
+        bad: args.bad.clone(),
+        build: args.build.clone(),
+        repository: args.repository.clone(),
+        program: program()?,
+    };
+    let outcome = bisect(&plan, &options, &|commit, step| {
+        let line = match step {
+            None => format!("{} …", commit.name()),
+            Some(BisectStep::Equal(sentence)) => format!("  equal: {sentence}"),
+            Some(BisectStep::Changed(sentence)) => format!("  changed: {sentence}"),
+            Some(BisectStep::Skipped(reason)) => format!("  skipped: {reason}"),
+        };
+        if !args.quiet {
+            tell(&line);
+        }
+    })?;
+    match outcome {
+        BisectOutcome::First(commit, sentence) => {
+            let text = format!(
+                "{} is the first changed commit: {}\n{}: {sentence}\n",
+                commit.hash, commit.subject, args.case
+            );
+            print(&text, "the commit");
+            Ok(0)
+        }
+        BisectOutcome::OneOf(commits) => {
+            let names: String = commits.iter().map(|commit| format!("{}\n", commit.name())).collect();
+            print(
+                &format!("The first changed commit is one of these; the others cannot be judged:\n{names}"),
+                "the commits",
+            );
+            Ok(BROKEN)
+        }
+        BisectOutcome::Interrupted => {
+            tell("interrupted: no commit is found, and nothing is left of the search");
+            Ok(BROKEN)
+        }
+    }
 }
 
 fn merge_shards(args: &RegressMergeArgs) -> Result<u8> {
@@ -112,7 +222,7 @@ fn update_references(args: &RegressUpdateArgs) -> Result<u8> {
         reason: args.reason.clone().filter(|_| !args.dry_run),
         program: program()?,
     };
-    let steps = steps(&plan, &args.cases, 1, args.quiet)?;
+    let steps = steps(choose(&plan, &args.cases)?.len(), args.quiet);
     let broken = std::cell::Cell::new(false);
     let unfinished = update(&plan, &options, &|name, updated| {
         let Some(updated) = updated else { return begin(steps.as_ref(), name) };
@@ -206,10 +316,9 @@ fn publish_report(
     Ok(())
 }
 
-/// A progress bar over the chosen cases, unless nothing is to be shown.
-fn steps(plan: &RegressPlan, words: &[String], shards: usize, quiet: bool) -> Result<Option<Steps>> {
-    let count = choose(plan, words)?.len().div_ceil(shards);
-    Ok((!quiet).then(|| Steps::new(count as u64)))
+/// A progress bar over so many steps, unless nothing is to be shown.
+fn steps(count: usize, quiet: bool) -> Option<Steps> {
+    (!quiet).then(|| Steps::new(count as u64))
 }
 
 fn begin(steps: Option<&Steps>, name: &str) {

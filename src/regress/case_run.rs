@@ -332,6 +332,7 @@ pub(super) fn broken_report(plan: &RegressPlan, case: &RegressCase, reason: Stri
         picture: None,
         reference: None,
         log: None,
+        timing: None,
     }
 }
 

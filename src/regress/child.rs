@@ -6,8 +6,11 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Longest wait between two looks at whether a child has ended.
-const LONGEST_WAIT: Duration = Duration::from_millis(20);
+/// Shortest and longest wait between two looks at whether a child has ended.
+const WAITS: [Duration; 2] = [Duration::from_micros(200), Duration::from_millis(20)];
+
+/// In between, this part of the time since its start, so that its time is known as precisely.
+const PART: u32 = 200;
 
 /// Bytes at the end of a log from which its gist is taken.
 const TAIL: u64 = 8192;
@@ -22,6 +25,20 @@ const LONGEST_GIST: usize = 400;
 /// # Errors
 /// A sentence that says how it failed, with the gist of what it wrote.
 pub fn run_child(words: &[String], folder: &Path, log: &Path, timeout: Duration) -> Result<(), String> {
+    run_child_unless(words, folder, log, timeout, &|| false)
+}
+
+/// As [`run_child`]; the program and its children are also killed once `is_unwanted`.
+///
+/// # Errors
+/// Those of [`run_child`].
+pub fn run_child_unless(
+    words: &[String],
+    folder: &Path,
+    log: &Path,
+    timeout: Duration,
+    is_unwanted: &dyn Fn() -> bool,
+) -> Result<(), String> {
     let [program, arguments @ ..] = words else { return Err("its command is empty".into()) };
     let cannot = |error: std::io::Error| format!("cannot write {}: {error}", log.display());
     let mut file = OpenOptions::new().create(true).append(true).open(log).map_err(cannot)?;
@@ -35,7 +52,6 @@ pub fn run_child(words: &[String], folder: &Path, log: &Path, timeout: Duration)
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let start = Instant::now();
     let mut child = command.spawn().map_err(|error| format!("cannot start {program}: {error}"))?;
-    let mut wait = Duration::from_millis(1);
     loop {
         match child.try_wait() {
             Ok(Some(status)) if status.success() => return Ok(()),
@@ -48,14 +64,17 @@ pub fn run_child(words: &[String], folder: &Path, log: &Path, timeout: Duration)
                     gist(&tail(log, begin))
                 ));
             }
+            Ok(None) if is_unwanted() => {
+                kill(&mut child);
+                return Err("was interrupted".into());
+            }
             Ok(None) => {}
             Err(error) => {
                 kill(&mut child);
                 return Err(format!("cannot wait for {program}: {error}"));
             }
         }
-        std::thread::sleep(wait);
-        wait = (2 * wait).min(LONGEST_WAIT);
+        std::thread::sleep((start.elapsed() / PART).clamp(WAITS[0], WAITS[1]));
     }
 }
 

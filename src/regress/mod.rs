@@ -12,10 +12,13 @@
 //! | `sequential.rs` | how often a case is looked at, and what each look may spend of the probability of a false alarm |
 //! | `run.rs`, `case_run.rs`, `renderings.rs`, `child.rs` | all cases; one case, as often as it takes; its renderings; one of them as a child process |
 //! | `update.rs`, `merge.rs` | new references; the results of shards joined |
+//! | `timing.rs`, `timed_run.rs` | ratios of times to those of another program; the interleaved renderings of both |
+//! | `bisect.rs`, `bisect/` | the first revision whose picture has changed; what `git` does for it |
 //! | `provenance.rs`, `sentence.rs` | hashes of scenes, programs and references, and their attributes; judgements in words |
 //! | `run_report.rs`, `report/` | the result of a run: data of all reports; the reports |
 //!
 //! `README.md` beside this file is the guide for users, with every key of the manifest.
+pub mod bisect;
 pub mod case_run;
 mod child;
 pub mod evidence;
@@ -31,4 +34,6 @@ pub mod run_report;
 mod sentence;
 pub mod sequential;
 mod statistics;
+pub mod timed_run;
+pub mod timing;
 pub mod update;

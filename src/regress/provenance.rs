@@ -100,7 +100,7 @@ impl FileHashes {
     }
 
     /// Hash of the bytes of a file; `missing` if it cannot be read.
-    fn file(&self, path: &Path) -> String {
+    pub(super) fn file(&self, path: &Path) -> String {
         if let Some(known) = lock(&self.files).get(path) {
             return known.clone();
         }

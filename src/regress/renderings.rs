@@ -147,11 +147,22 @@ impl CaseRenderings {
         Evidence::of_pictures(&self.pictures).map_err(CaseStop::broken)
     }
 
-    /// Runs the program for one seed; its wall clock in seconds.
+    /// Runs the program for one seed, and writes its wall clock in seconds beside the picture.
     fn render(&self, seed: u32, words: &[String], output: &Path, time: &Path) -> Result<f64, CaseStop> {
+        let seconds = self.run(seed, words, output)?;
+        atomically(time, seconds.to_string().as_bytes()).map_err(CaseStop::broken)?;
+        Ok(seconds)
+    }
+
+    /// Runs these words for one seed; their wall clock in seconds.
+    ///
+    /// # Errors
+    /// When the program fails, takes too long or writes no picture to `output`.
+    pub(super) fn run(&self, seed: u32, words: &[String], output: &Path) -> Result<f64, CaseStop> {
         let start = Instant::now();
         run_child(words, &self.folder, &self.log, self.timeout)
             .map_err(|error| CaseStop::broken(format!("the rendering with seed {seed} {error}")))?;
+        let seconds = start.elapsed().as_secs_f64();
         if !output.is_file() {
             let message = format!(
                 "the rendering with seed {seed} ended well, but wrote no picture to {}",
@@ -159,13 +170,11 @@ impl CaseRenderings {
             );
             return Err(CaseStop::Broken(message));
         }
-        let seconds = start.elapsed().as_secs_f64();
-        atomically(time, seconds.to_string().as_bytes()).map_err(CaseStop::broken)?;
         Ok(seconds)
     }
 
     /// The words of the command for one seed.
-    fn words(&self, seed: u32, output: &Path, report: &Path) -> Vec<String> {
+    pub(super) fn words(&self, seed: u32, output: &Path, report: &Path) -> Vec<String> {
         let text = |path: &Path| path.display().to_string();
         let (scene, output) = (text(&self.scene), text(output));
         match &self.renderer {

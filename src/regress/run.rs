@@ -9,9 +9,11 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
 
 use super::case_run::CaseRunner;
-use super::plan::{RegressCase, RegressPlan};
+use super::plan::{CaseRenderer, RegressCase, RegressPlan};
 use super::provenance::{CaseKey, FileHashes};
 use super::run_report::{CaseReport, CaseVerdict, RunReport};
+use super::timed_run::{TimingOptions, time_case};
+use super::timing::TimingVerdict;
 use crate::image::write::{atomically, same_file};
 use crate::render::{calendar, process};
 use crate::scene::suggest;
@@ -36,6 +38,8 @@ pub struct RegressOptions {
     pub jobs: usize,
     /// This program, which renders in child processes: an absolute path.
     pub program: PathBuf,
+    /// Another program whose times are compared with those of this one.
+    pub timing: Option<TimingOptions>,
 }
 
 /// Every `of`-th case, beginning with the case of this number.
@@ -54,6 +58,10 @@ pub enum RegressEvent<'a> {
     Begins(&'a str),
     /// A case is done, by this run or by the interrupted one.
     Ends(&'a CaseReport),
+    /// The times of a case are compared with those of another program.
+    Times(&'a str),
+    /// They are compared, by this run or by the interrupted one. There are none of a broken case, nor of one that another program renders.
+    Timed(&'a CaseReport),
 }
 
 /// The end of a run.
@@ -145,8 +153,13 @@ pub fn run(
     })?;
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(at, _)| *at);
-    let cases: Vec<CaseReport> = done.into_iter().map(|(_, report)| report).collect();
-    let unfinished = chosen.len() - cases.len();
+    let mut cases: Vec<CaseReport> = done.into_iter().map(|(_, report)| report).collect();
+    let mut unfinished = chosen.len() - cases.len();
+    match &options.timing {
+        Some(timing) if unfinished == 0 => unfinished = run.time(&chosen, &mut cases, timing)?,
+        Some(_) => {}
+        None => cases.iter_mut().for_each(|case| case.timing = None),
+    }
     if unfinished == 0 {
         std::fs::remove_file(&mark)
             .into_diagnostic()
@@ -238,6 +251,39 @@ impl PlanRun<'_> {
         };
         (self.tell)(RegressEvent::Ends(&report));
         Ok(Some(report))
+    }
+
+    /// Compares the times of all cases with those of another program, one after the other; the number of those that Ctrl-C left out.
+    fn time(
+        &self,
+        chosen: &[&RegressCase],
+        cases: &mut [CaseReport],
+        options: &TimingOptions,
+    ) -> Result<usize> {
+        let results = self.runner.results;
+        let hash = self.runner.hashes.file(&options.against);
+        for (at, (case, report)) in chosen.iter().zip(cases.iter_mut()).enumerate() {
+            (self.tell)(RegressEvent::Times(&case.name));
+            let kept = report.timing.take().filter(|timing| {
+                self.goes_on && timing.against_hash == hash && timing.verdict != TimingVerdict::Untimed
+            });
+            let is_timed = report.verdict != CaseVerdict::Broken
+                && matches!(case.renderer, CaseRenderer::Pointillist { .. });
+            report.timing = match kept {
+                Some(kept) => Some(kept),
+                None if !is_timed => None,
+                None => match time_case(&self.runner, case, options, &report.device) {
+                    Ok(timing) => Some(timing),
+                    Err(_) => return Ok(chosen.len() - at),
+                },
+            };
+            if let Some(mut finished) = FinishedCase::read(results, &case.name) {
+                finished.report.timing.clone_from(&report.timing);
+                finished.write(results)?;
+            }
+            (self.tell)(RegressEvent::Timed(report));
+        }
+        Ok(0)
     }
 
     /// Makes the folder of single renderings; those of an interrupted run with the same key stay.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::judgement::Judgement;
+use super::timing::CaseTiming;
 
 /// A whole run. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -56,6 +57,9 @@ pub struct CaseReport {
     pub reference: Option<PathBuf>,
     /// Standard error of its renderings.
     pub log: Option<PathBuf>,
+    /// How its times compare with those of another program, if that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<CaseTiming>,
 }
 
 /// Outcome of a case, from best to worst.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 /// A folder for one test, with nothing in it.
-fn folder(name: &str) -> PathBuf {
+pub fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("regress_cli").join(name);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
@@ -16,7 +16,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 /// A sphere of this albedo under a square light, in 16×16 pixels.
-fn scene(albedo: f64) -> String {
+pub fn scene(albedo: f64) -> String {
     format!(
         r#"<scene version="3.0.0">
 <integrator type="path"/>
@@ -34,16 +34,16 @@ fn scene(albedo: f64) -> String {
 const SMALL: &str = "[defaults]\ndevices = [\"cpu\"]\nspp = 2\nmost_seeds = 16\n";
 
 /// Writes a manifest with the defaults of small cases, and scenes by their names.
-fn prepare(place: &Path, manifest: &str, scenes: &[&str]) {
+pub fn prepare(place: &Path, manifest: &str, scenes: &[&str]) {
     write(place, "regress.toml", &format!("{SMALL}{manifest}"));
     scenes.iter().for_each(|name| write(place, name, &scene(0.5)));
 }
 
-fn write(place: &Path, name: &str, text: &str) {
+pub fn write(place: &Path, name: &str, text: &str) {
     std::fs::write(place.join(name), text).unwrap();
 }
 
-fn command(place: &Path, words: &[&str]) -> Command {
+pub fn command(place: &Path, words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pointillist"));
     command.arg("regress").arg(words[0]).arg(place).args(&words[1..]);
     command
@@ -51,7 +51,7 @@ fn command(place: &Path, words: &[&str]) -> Command {
 
 /// Runs the subcommand, and checks its exit code.
 #[track_caller]
-fn regress(place: &Path, words: &[&str], code: i32) -> Output {
+pub fn regress(place: &Path, words: &[&str], code: i32) -> Output {
     let output = command(place, words).output().unwrap();
     assert_eq!(
         output.status.code(),
@@ -63,14 +63,14 @@ fn regress(place: &Path, words: &[&str], code: i32) -> Output {
     output
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     // Errors are wrapped at the width of a terminal.
     String::from_utf8_lossy(bytes).replace("\n  │ ", " ")
 }
 
 /// Runs all cases, and returns the report by its cases.
 #[track_caller]
-fn run(place: &Path, words: &[&str], code: i32) -> Vec<Value> {
+pub fn run(place: &Path, words: &[&str], code: i32) -> Vec<Value> {
     let file = place.join("report.json");
     let json = file.display().to_string();
     regress(place, &[&["run", "--json", &json][..], words].concat(), code);
@@ -83,7 +83,7 @@ fn cases(file: &Path) -> Vec<Value> {
 }
 
 #[track_caller]
-fn update(place: &Path) {
+pub fn update(place: &Path) {
     regress(place, &["update", "--reason", "a test"], 0);
 }
 
@@ -93,7 +93,7 @@ fn sentence(case: &Value) -> &str {
 
 /// Waits until something is there.
 #[track_caller]
-fn wait_for(child: &mut Child, file: &Path) {
+pub fn wait_for(child: &mut Child, file: &Path) {
     let deadline = Instant::now() + Duration::from_secs(60);
     while !file.exists() {
         assert!(Instant::now() < deadline, "{} is still not there", file.display());

@@ -98,6 +98,7 @@ fn page(dir: &Path) -> (RunReport, String) {
         picture: red.map(|_| format!("{name}.exr").into()),
         reference: red.map(|_| dir.join("reference.exr")),
         log: red.is_none().then(|| "broken.log".into()),
+        timing: None,
     };
     fs::write(dir.join("broken.log"), "the device was lost\n").unwrap();
     let mut report = RunReport {

@@ -30,6 +30,12 @@ pub enum RegressCommand {
     /// Join the results of shards into one report.
     Merge(RegressMergeArgs),
 
+    /// Find the first commit that changed the picture of a case.
+    ///
+    /// `git bisect` runs in a temporary worktree: the checkout stays as it is. At each step the renderer is built, if there is a command for it, and
+    /// the case is judged against its present reference, with the present manifest. Revisions that cannot be built or rendered are skipped.
+    Bisect(RegressBisectArgs),
+
     /// List the cases, and what each is compared with.
     List(RegressListArgs),
 }
@@ -107,6 +113,24 @@ pub struct RegressRunArgs {
     #[command(flatten)]
     pub outputs: RegressOutputs,
 
+    /// After the pictures, compare times with those of another pointillist: both render each case by turns, and the ratios are judged.
+    #[arg(long, value_name = "BINARY", help_heading = "Time")]
+    pub time_against: Option<PathBuf>,
+
+    /// Pairs of renderings at first.
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "time_against", help_heading = "Time")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub time_pairs: u32,
+
+    /// Most pairs where intervals are wide; never fewer than --time-pairs.
+    #[arg(long, value_name = "N", default_value_t = 20, requires = "time_against", help_heading = "Time")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub most_time_pairs: u32,
+
+    /// Exit code 1 if some time of a case is certainly longer by more than this, and 2 if a case cannot be timed.
+    #[arg(long, value_name = "PERCENT", requires = "time_against", help_heading = "Time", value_parser = percent)]
+    pub fail_on_slower: Option<f64>,
+
     /// Show no progress bar.
     #[arg(long, short, help_heading = "Output")]
     pub quiet: bool,
@@ -152,6 +176,37 @@ pub struct RegressMergeArgs {
     pub outputs: RegressOutputs,
 }
 
+/// Options of `pointillist regress bisect`.
+#[derive(Args, Debug)]
+pub struct RegressBisectArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub folder: RegressFolder,
+
+    /// The case: its name, or a word that only its name contains.
+    pub case: String,
+
+    /// A revision whose picture is that of the reference.
+    #[arg(long, value_name = "REV")]
+    pub good: String,
+
+    /// A later revision whose picture has changed.
+    #[arg(long, value_name = "REV", default_value = "HEAD")]
+    pub bad: String,
+
+    /// Shell command that builds the renderer, at the top level of the worktree.
+    #[arg(long, value_name = "COMMAND", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    pub build: Option<String>,
+
+    /// Search the repository of this folder, that of the renderer for example [default: that of the scenes].
+    #[arg(long, value_name = "DIR")]
+    pub repository: Option<PathBuf>,
+
+    /// Show no progress.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
 /// Options of `pointillist regress list`.
 #[derive(Args, Debug)]
 pub struct RegressListArgs {
@@ -170,6 +225,11 @@ fn shard(text: &str) -> Result<ShardOfCases, &'static str> {
         .ok_or("expected K/N with K from 1 to N, such as 2/8")
 }
 
+fn percent(text: &str) -> Result<f64, &'static str> {
+    let value = text.trim_end_matches('%').trim_end().parse::<f64>().ok();
+    value.filter(|value| value.is_finite() && *value >= 0.0).ok_or("expected per cent, 0 or more, such as 5")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -179,6 +239,14 @@ mod tests {
         assert_eq!(shard("2/8"), Ok(ShardOfCases { number: 2, of: 8 }));
         for wrong in ["0/8", "9/8", "1/0", "1", "a/b", "-1/2"] {
             assert!(shard(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn per_cent_is_a_number_from_zero_on() {
+        assert_eq!([percent("5"), percent("2.5 %"), percent("0")], [Ok(5.0), Ok(2.5), Ok(0.0)]);
+        for wrong in ["-1", "nan", "inf", "%", "five"] {
+            assert!(percent(wrong).is_err(), "{wrong}");
         }
     }
 }

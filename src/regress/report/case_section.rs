@@ -7,7 +7,7 @@ use maud::{Markup, html};
 
 use super::case_pictures::{CasePictures, STRONGEST_Z, SignedZMap, located, z_color};
 use super::history::{PastCase, PastRun, RunHistory};
-use super::wording;
+use super::{timing_section, wording};
 use crate::color::palette;
 use crate::image::ImageError;
 use crate::regress::judgement::{JudgedTest, Judgement};
@@ -43,6 +43,7 @@ pub fn section(
             @for problem in &pictures.problems { p.warn { (wording::one_line(problem)) } }
             @if case.verdict == CaseVerdict::SameBits { (details("Picture and figures", body(case, pictures, history))) }
             @else { (body(case, pictures, history)) }
+            @if let Some(timing) = &case.timing { (timing_section::section(timing, report.false_alarm)) }
             @if let Some(log) = &case.log { (log_end(case, &located(log, [results, &report.folder]))) }
         }
     }

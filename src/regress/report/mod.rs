@@ -5,6 +5,7 @@
 //! | `terminal.rs` | table and sentences for the terminal |
 //! | `junit.rs`, `annotations.rs` | JUnit XML; workflow commands of GitHub Actions |
 //! | `page.rs`, `case_section.rs`, `case_pictures.rs` | one self-contained HTML page: summary and table; the section of a case; its pictures and maps |
+//! | `timing_section.rs` | times against another program, on terminal and page |
 //! | `history.rs` | what earlier runs found, a line each in `history.jsonl` of the folder of results |
 //! | `wording.rs` | sentences and numbers that all of them share |
 //!
@@ -20,6 +21,7 @@ mod page;
 #[cfg(test)]
 mod sample;
 mod terminal;
+mod timing_section;
 mod wording;
 
 pub use annotations::annotations;

@@ -22,6 +22,7 @@ fn case(name: &str, verdict: CaseVerdict, sentence: &str, judgement: Option<Judg
         picture: None,
         reference: None,
         log: None,
+        timing: None,
     }
 }
 

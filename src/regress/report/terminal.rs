@@ -1,6 +1,6 @@
 //! Table and sentences for the terminal.
 
-use super::wording;
+use super::{timing_section, wording};
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
 use crate::study::format::duration;
 use crate::study::pages::chart::shortened;
@@ -48,7 +48,7 @@ fn text(report: &RunReport, in_colors: bool) -> String {
     if let Some(power) = wording::power(report) {
         text += &format!("{power}\n");
     }
-    text
+    text + &timing_section::lines(report)
 }
 
 fn row(case: &CaseReport) -> [String; 6] {
