@@ -44,7 +44,8 @@ pub fn html(report: &RunReport, results: &Path) -> Result<String, ImageError> {
         .collect();
     // The sort is stable: cases of one verdict stay in the order of the manifest.
     cases.sort_by_key(|shown| std::cmp::Reverse((shown.case.verdict, wording::is_undecided(shown.case))));
-    let folder = shortened(&report.folder.display().to_string(), 120);
+    let folder = std::path::absolute(&report.folder).unwrap_or_else(|_| report.folder.clone());
+    let folder = shortened(&folder.display().to_string(), 120);
     let body = html! {
         main.broad {
             header { h1 { "Regression renders of " (folder) } p.dim { (subtitle(report)) } }

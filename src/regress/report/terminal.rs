@@ -53,7 +53,7 @@ fn text(report: &RunReport, in_colors: bool) -> String {
 
 fn row(case: &CaseReport) -> [String; 6] {
     [
-        shortened(&case.name, NAME),
+        shortened(&one(&case.name), NAME),
         wording::verdict(case),
         wording::brightness(case),
         wording::p_value(case),

@@ -45,7 +45,7 @@ pub fn power(report: &RunReport) -> Option<String> {
         "A change of the whole picture's brightness by {} or more would have been found in every compared case with a probability of \
          90 %; {} is the least sensitive one.",
         percent(size),
-        least.name
+        one_line(&least.name)
     ))
 }
 

@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn assignments_are_counted() {
         assert_eq!(
-            (assignments(16, 8).round(), assignments(12, 6), assignments(10, 1)),
+            (assignments(16, 8).round(), assignments(12, 6).round(), assignments(10, 1).round()),
             (12870.0, 924.0, 10.0)
         );
     }
