@@ -89,7 +89,7 @@ pub fn describe(path: &Path) -> Result<PngDescription, ImageError> {
 ///
 /// # Errors
 ///
-/// As for [`write`].
+/// As for [`write`](write()).
 pub fn encode(
     picture: PngPicture<'_>,
     attributes: &[(String, Attribute)],
