@@ -148,6 +148,11 @@ impl CaseRenderings {
         Ok(())
     }
 
+    /// The file of the rendering with this seed, which is there after [`Self::add`].
+    pub fn picture(&self, seed: u32) -> PathBuf {
+        file(&self.place, seed, "exr")
+    }
+
     /// Hash of each rendering, in order.
     pub fn hashes(&self) -> &[String] {
         self.sum.hashes()
@@ -159,7 +164,7 @@ impl CaseRenderings {
     /// Where there is none, and when a single one cannot be read.
     pub fn evidence(&self) -> Result<Evidence, CaseStop> {
         let evidence = match self.seeds[..] {
-            [only] => Evidence::of_single(&file(&self.place, only, "exr")),
+            [only] => Evidence::of_single(&self.picture(only)),
             _ => self.sum.evidence(),
         };
         evidence.map_err(CaseStop::broken)
