@@ -61,6 +61,11 @@ fn program() -> Result<PathBuf> {
         .wrap_err("cannot find this program, which renders in child processes")
 }
 
+/// The file that holds the code of [`program`]: what the environment variable POINTILLIST_LIBRARY names, as the package for Python sets it.
+fn library() -> Option<PathBuf> {
+    std::env::var_os("POINTILLIST_LIBRARY").map(PathBuf::from)
+}
+
 fn run_cases(args: &RegressRunArgs) -> Result<u8> {
     let plan = plan(&args.folder)?;
     let results = results(&args.outputs, &args.folder);
@@ -75,6 +80,7 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         seed_base: args.seed_base,
         jobs: usize::from(args.jobs),
         program: program()?,
+        library: library(),
         timing,
     };
     let rounds = if options.timing.is_some() { 2 } else { 1 };

@@ -1,14 +1,17 @@
 //! What several independent renderings of one picture say together.
 
+mod sum;
+
 use std::path::Path;
 
-use super::statistics::areas::{AreaLayout, mean_and_variance};
+use super::statistics::areas::AreaLayout;
 use super::statistics::noise::estimated_variance;
 use super::statistics::packing::{coarse_variances, pack_areas, rounded, step, unpack_areas};
 use crate::image::compare::{Picture, luminance};
 use crate::image::exr::{self, Layers};
 use crate::image::{Attribute, Grid, ImageError};
 
+pub use self::sum::EvidenceSum;
 pub use super::statistics::areas::AREA;
 
 /// Channels of the picture and of the variances of their values.
@@ -63,36 +66,11 @@ impl Evidence {
     /// # Errors
     /// [`ImageError::Size`] for different sizes, and for none.
     pub fn of_grids(grids: &[&Grid<[f32; 3]>]) -> Result<Self, ImageError> {
-        let Some(first) = grids.first() else {
-            return Err(ImageError::Size { a: (0, 0), b: (0, 0) });
-        };
-        let size = (first.width(), first.height());
-        if let Some(other) = grids.iter().find(|grid| (grid.width(), grid.height()) != size) {
-            return Err(ImageError::Size { a: size, b: (other.width(), other.height()) });
+        let mut sum = EvidenceSum::default();
+        for grid in grids {
+            sum.add(grid, |number| Ok(grids[number].clone()))?;
         }
-        let n = grids.len() as f64;
-        let moments: Vec<[(f64, f64); 3]> = (0..first.pixels().len())
-            .map(|i| {
-                std::array::from_fn(|c| {
-                    mean_and_variance(grids.iter().map(|grid| f64::from(grid.pixels()[i][c])))
-                })
-            })
-            .collect();
-        let mean = moments.iter().map(|pixel| pixel.map(|(mean, _)| mean as f32)).collect();
-        let variance = moments.iter().map(|pixel| pixel.map(|(_, variance)| (variance / n) as f32)).collect();
-        let mean = grid(size, mean)?;
-        let used = finite(&mean);
-        let layout = AreaLayout::new(size.0, size.1);
-        let areas = grids.iter().map(|grid| {
-            layout.means(grid, &used).into_iter().map(|area| area.map(|v| v as f32)).collect::<Vec<_>>()
-        });
-        Ok(Self {
-            renderings: grids.len(),
-            mean,
-            variance: grid(size, variance)?,
-            areas: if grids.len() > 1 { areas.collect() } else { Vec::new() },
-            hashes: grids.iter().map(|grid| hash(grid)).collect(),
-        })
+        sum.evidence()
     }
 
     /// Of one picture of any program: by its channels `variance.R`, `variance.G`, `variance.B` or `variance.Y`, which hold the variance of

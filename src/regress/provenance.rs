@@ -16,6 +16,7 @@ use crate::scene::{self, LoadOptions};
 /// Names of the attributes of a reference that are read again.
 const SEEDS: &str = "seeds";
 const DETERMINISTIC: &str = "deterministic";
+const DEVICE: &str = "device";
 
 /// Everything that the result of a case depends on: a result is kept only for the same key.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,11 +36,18 @@ pub struct CaseKey {
 /// Hashes of files, each made once.
 #[derive(Debug, Default)]
 pub struct FileHashes {
+    /// The file that holds this program's code, where the program is only a script that loads it.
+    library: Option<PathBuf>,
     scenes: Mutex<HashMap<PathBuf, String>>,
     files: Mutex<HashMap<PathBuf, String>>,
 }
 
 impl FileHashes {
+    /// None yet. `library` is the file that holds this program's code, where the program is only a script that loads it.
+    pub fn of_library(library: Option<PathBuf>) -> Self {
+        Self { library, ..Self::default() }
+    }
+
     /// The key of a case. Paths enter relative to the folder of the plan, so that machines can share results.
     pub fn key(
         &self,
@@ -88,7 +96,7 @@ impl FileHashes {
     /// Hash of a renderer: of this program, or of the files among the words of another one's command.
     fn program(&self, plan: &RegressPlan, renderer: &CaseRenderer, program: &Path) -> String {
         match renderer {
-            CaseRenderer::Pointillist { .. } => self.file(program),
+            CaseRenderer::Pointillist { .. } => self.file(self.library.as_deref().unwrap_or(program)),
             CaseRenderer::Command { words, .. } => {
                 let files = words.iter().map(|word| plan.folder.join(word));
                 let on_path = words.first().and_then(|word| on_path(word));
@@ -171,7 +179,7 @@ impl Provenance {
             ("sceneHash", Some(self.scene_hash.clone())),
             ("command", Some(self.command.clone())),
             ("version", Some(env!("CARGO_PKG_VERSION").to_owned())),
-            ("device", Some(self.device.clone())),
+            (DEVICE, Some(self.device.clone())),
             ("date", Some(calendar::now())),
             (SEEDS, Some(seeds)),
             ("spp", Some(self.spp.to_string())),
@@ -190,9 +198,16 @@ pub struct StoredReference {
     pub seeds: Option<Range<u32>>,
     /// They can be repeated bit for bit.
     pub deterministic: bool,
+    /// Device and driver; `None` for a reference that `regress update` has not written.
+    pub device: Option<String>,
 }
 
 impl StoredReference {
+    /// The seeds whose renderings have the hashes of the evidence, in order; `None` where bits cannot be compared.
+    pub fn repeatable(&self) -> Option<&Range<u32>> {
+        self.seeds.as_ref().filter(|seeds| self.deterministic && self.evidence.hashes.len() == seeds.len())
+    }
+
     /// Reads a reference.
     ///
     /// # Errors
@@ -205,7 +220,9 @@ impl StoredReference {
             let (first, end) = text.split_once("..")?;
             Some(first.parse().ok()?..end.parse().ok()?)
         });
-        Ok(Self { evidence, seeds, deterministic: value(DETERMINISTIC) == Some("true") })
+        let (deterministic, device) =
+            (value(DETERMINISTIC) == Some("true"), value(DEVICE).map(str::to_owned));
+        Ok(Self { evidence, seeds, deterministic, device })
     }
 }
 
@@ -237,5 +254,25 @@ mod tests {
         assert_ne!(second.program, key().program);
         write("regress.toml", "[[case]]\nscene = \"a.xml\"\nspp = 3\n");
         assert_ne!(second.case, key().case);
+    }
+
+    /// Where the program is a script, the library that it loads is what pictures depend on.
+    #[test]
+    fn keys_follow_the_library_of_a_script() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+        write("a.xml", "<scene version=\"3.0.0\"/>");
+        write("script", "1");
+        write("library", "1");
+        let plan = read_plan(folder.path(), None).expect("a plan");
+        let key = || {
+            let hashes = FileHashes::of_library(Some(folder.path().join("library")));
+            hashes.key(&plan, &plan.cases[0], &folder.path().join("script"), None)
+        };
+        let first = key();
+        write("script", "2");
+        assert_eq!(first, key());
+        write("library", "2");
+        assert_ne!(first.program, key().program);
     }
 }

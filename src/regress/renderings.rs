@@ -1,13 +1,12 @@
 //! Independent renderings of a case by one renderer.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
 use super::child::run_child;
-use super::evidence::Evidence;
+use super::evidence::{Evidence, EvidenceSum};
 use super::plan::{CaseRenderer, RegressCase, RegressPlan};
 use crate::image::compare::Picture;
 use crate::image::write::atomically;
@@ -41,12 +40,14 @@ pub struct CaseRenderings {
     scene: PathBuf,
     size: Option<[u32; 2]>,
     spp: u64,
-    deterministic: bool,
     timeout: Duration,
     /// Begins the path of every file of these renderings.
     place: PathBuf,
     log: PathBuf,
-    pictures: Vec<Picture>,
+    /// The seeds so far, in order.
+    seeds: Vec<u32>,
+    /// What the pictures of these seeds say together.
+    sum: EvidenceSum,
     tally: RenderingTally,
 }
 
@@ -61,6 +62,8 @@ pub struct RenderingTally {
     pub device: Option<String>,
     /// The command of the first rendering.
     pub command: Vec<String>,
+    /// They can be repeated bit for bit.
+    pub deterministic: bool,
 }
 
 /// The part of a render's report that is read.
@@ -86,18 +89,25 @@ impl CaseRenderings {
             scene: case.scene.strip_prefix(&plan.folder).unwrap_or(&case.scene).to_path_buf(),
             size: case.size,
             spp: case.budget.spp,
-            deterministic: case.tolerance.same_bits,
             timeout: case.budget.timeout,
             place: place.join(kind),
             log: log.to_path_buf(),
-            pictures: Vec::new(),
-            tally: RenderingTally::default(),
+            seeds: Vec::new(),
+            sum: EvidenceSum::default(),
+            tally: RenderingTally { deterministic: case.tolerance.same_bits, ..RenderingTally::default() },
         }
     }
 
     /// The same by another renderer.
     pub fn by(self, renderer: &CaseRenderer, spp: u64) -> Self {
         Self { renderer: renderer.clone(), spp, ..self }
+    }
+
+    /// The same such that they can be repeated bit for bit, as far as the renderer is this program. They are, in any case, where the class of
+    /// tolerance asks for bits.
+    pub fn repeatable(mut self, is_wanted: bool) -> Self {
+        self.tally.deterministic |= is_wanted && matches!(self.renderer, CaseRenderer::Pointillist { .. });
+        self
     }
 
     /// What there is so far.
@@ -109,17 +119,13 @@ impl CaseRenderings {
     ///
     /// # Errors
     /// When one fails or takes too long; when Ctrl-C was pressed before one began.
-    pub fn add(&mut self, seeds: Range<u32>) -> Result<(), CaseStop> {
+    pub fn add(&mut self, seeds: impl IntoIterator<Item = u32>) -> Result<(), CaseStop> {
         for seed in seeds {
             if process::is_interrupted() {
                 return Err(CaseStop::Interrupted);
             }
-            let file = |extension: &str| {
-                let mut path = self.place.clone().into_os_string();
-                path.push(format!("-{seed}.{extension}"));
-                PathBuf::from(path)
-            };
-            let [output, report, time] = ["exr", "json", "seconds"].map(file);
+            let [output, report, time] =
+                ["exr", "json", "seconds"].map(|extension| file(&self.place, seed, extension));
             let words = self.words(seed, &output, &report);
             // Written last: a picture without it may be cut off.
             let known = std::fs::read_to_string(&time).ok().and_then(|text| text.trim().parse::<f64>().ok());
@@ -127,8 +133,11 @@ impl CaseRenderings {
                 Some(seconds) => seconds,
                 None => self.render(seed, &words, &output, &time)?,
             };
-            let picture = Picture::read(&output, None).map_err(CaseStop::broken)?;
-            self.pictures.push(picture);
+            let pixels = |path: &Path| Picture::read(path, None).map(|picture| picture.rgb);
+            let earlier = |number: usize| pixels(&file(&self.place, self.seeds[number], "exr"));
+            let added = pixels(&output).and_then(|now| self.sum.add(&now, earlier));
+            added.map_err(CaseStop::broken)?;
+            self.seeds.push(seed);
             self.tally.count += 1;
             self.tally.seconds += seconds;
             if self.tally.command.is_empty() {
@@ -139,12 +148,26 @@ impl CaseRenderings {
         Ok(())
     }
 
-    /// What the renderings say together.
+    /// The file of the rendering with this seed, which is there after [`Self::add`].
+    pub fn picture(&self, seed: u32) -> PathBuf {
+        file(&self.place, seed, "exr")
+    }
+
+    /// Hash of each rendering, in order.
+    pub fn hashes(&self) -> &[String] {
+        self.sum.hashes()
+    }
+
+    /// What the renderings say together; the variance of a single one is given by its file or estimated.
     ///
     /// # Errors
-    /// When their sizes differ.
+    /// Where there is none, and when a single one cannot be read.
     pub fn evidence(&self) -> Result<Evidence, CaseStop> {
-        Evidence::of_pictures(&self.pictures).map_err(CaseStop::broken)
+        let evidence = match self.seeds[..] {
+            [only] => Evidence::of_single(&self.picture(only)),
+            _ => self.sum.evidence(),
+        };
+        evidence.map_err(CaseStop::broken)
     }
 
     /// Runs the program for one seed, and writes its wall clock in seconds beside the picture.
@@ -198,7 +221,7 @@ impl CaseRenderings {
                 option("-o", output);
                 option("--json", text(report));
                 words.push("--quiet".into());
-                words.extend(self.deterministic.then(|| "--deterministic".to_owned()));
+                words.extend(self.tally.deterministic.then(|| "--deterministic".to_owned()));
                 words.extend(options.iter().cloned());
                 words
             }
@@ -231,6 +254,13 @@ impl CaseRenderings {
             serde_json::from_str(&std::fs::read_to_string(report).ok()?).ok()?;
         Some(driver.map_or_else(|| device.clone(), |driver| format!("{device}, {driver}")))
     }
+}
+
+/// The file of the rendering with this seed, of those whose paths begin with `place`.
+fn file(place: &Path, seed: u32, extension: &str) -> PathBuf {
+    let mut path = place.as_os_str().to_owned();
+    path.push(format!("-{seed}.{extension}"));
+    path.into()
 }
 
 /// A word with its names in braces replaced by their values, from the left; values stay as they are.

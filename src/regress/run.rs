@@ -38,6 +38,8 @@ pub struct RegressOptions {
     pub jobs: usize,
     /// This program, which renders in child processes: an absolute path.
     pub program: PathBuf,
+    /// The file that holds its code, where the program is only a script that loads it.
+    pub library: Option<PathBuf>,
     /// Another program whose times are compared with those of this one.
     pub timing: Option<TimingOptions>,
 }
@@ -123,7 +125,7 @@ pub fn run(
     });
     let goes_on = mark.exists() && !options.fresh;
     atomically(&mark, b"").into_diagnostic()?;
-    let hashes = FileHashes::default();
+    let hashes = FileHashes::of_library(options.library.clone());
     let run = PlanRun {
         runner: CaseRunner {
             plan,

@@ -83,7 +83,7 @@ pub fn update(
     Ok(0)
 }
 
-/// Renders the reference of a case; `None` if the case has none of its own.
+/// Renders the reference of a case, such that runs can compare bits; `None` if the case has none of its own.
 fn rendered(runner: &CaseRunner<'_>, case: &RegressCase) -> Result<Option<(Evidence, Provenance)>, CaseStop> {
     match &case.reference {
         ReferenceSource::Stored(name) if *name == case.name => {}
@@ -91,7 +91,8 @@ fn rendered(runner: &CaseRunner<'_>, case: &RegressCase) -> Result<Option<(Evide
     }
     let log = runner.results.join("log");
     let mut renderings =
-        CaseRenderings::new(runner.plan, case, runner.program, [runner.results, &log], "reference");
+        CaseRenderings::new(runner.plan, case, runner.program, [runner.results, &log], "reference")
+            .repeatable(true);
     let seeds = 0..case.budget.reference_seeds;
     renderings.add(seeds.clone())?;
     let provenance = runner.provenance(case, renderings.tally(), seeds);

@@ -111,7 +111,16 @@ fn what_has_changed_is_found_and_nothing_else() {
     let cases = run(&place, &[], 2);
     assert!(sentence(&cases[0]).contains("regress update"), "{cases:?}");
     update(&place);
+    // By the reference's own seeds.
     let cases = run(&place, &[], 0);
+    for case in &cases {
+        assert_eq!(case["verdict"], "same-bits", "{case}");
+        assert!(sentence(case).contains("all bits of 8 renderings"), "{case}");
+        assert!(case["renderings"] == 8 && case["judgement"].is_null(), "{case}");
+        assert!(Path::new(case["reference"].as_str().unwrap()).exists());
+    }
+    // By others.
+    let cases = run(&place, &["--seed-base", "5000"], 0);
     assert_eq!(cases.len(), 2);
     for case in &cases {
         assert_eq!(case["verdict"], "equal-within-noise", "{case}");
@@ -129,7 +138,7 @@ fn what_has_changed_is_found_and_nothing_else() {
     run(&place, &[], 0);
     write(&place, "b.xml", &scene(0.6));
     let cases = run(&place, &[], 1);
-    assert_eq!([&cases[0]["verdict"], &cases[1]["verdict"]], ["equal-within-noise", "changed"]);
+    assert_eq!([&cases[0]["verdict"], &cases[1]["verdict"]], ["same-bits", "changed"]);
     assert!(sentence(&cases[1]).contains("brightness R +"), "{cases:?}");
     // One case alone, judged as in the whole run.
     assert_eq!(run(&place, &["--case", "a"], 0).len(), 1);
@@ -138,6 +147,48 @@ fn what_has_changed_is_found_and_nothing_else() {
     // Accepted.
     regress(&place, &["update", "b", "--reason", "lighter"], 0);
     run(&place, &[], 0);
+}
+
+/// The seeds of all renderings in the log of a case, in order.
+fn seeds_in_log(place: &Path, name: &str) -> Vec<u32> {
+    let log = std::fs::read_to_string(place.join(format!("results/{name}.log"))).unwrap();
+    let after = log.split("--seed ").skip(1);
+    after.map(|rest| rest.split_whitespace().next().unwrap().parse().unwrap()).collect()
+}
+
+/// Other bits are no change where the class does not ask for them: they cost one rendering, and others decide.
+#[test]
+fn other_bits_alone_are_no_change() {
+    let place = folder("other_bits");
+    prepare(&place, "[[case]]\nscene = \"a.xml\"\n", &["a.xml"]);
+    update(&place);
+    run(&place, &[], 0);
+    assert_eq!(seeds_in_log(&place, "a"), (0..8).collect::<Vec<_>>());
+    // Far below what noise hides.
+    write(&place, "a.xml", &scene(0.500_01));
+    let case = &run(&place, &[], 0)[0];
+    assert_eq!(case["verdict"], "equal-within-noise", "{case}");
+    assert!(sentence(case).starts_with("no difference"), "{case}");
+    let count = u32::try_from(case["renderings"].as_u64().unwrap()).unwrap();
+    let wanted: Vec<u32> = [0].into_iter().chain(1000..1000 + count).collect();
+    assert_eq!(seeds_in_log(&place, "a"), wanted);
+    assert!(case["command"].as_array().unwrap().iter().any(|word| word == "--deterministic"), "{case}");
+}
+
+/// Of several methods with one reference, only the first can have its bits.
+#[test]
+fn only_the_owner_of_a_reference_is_compared_by_bits() {
+    let place = folder("one_reference");
+    let manifest = "[[case]]\nscene = \"a.xml\"\nmethods = [\"path\", \"bidirectional\"]\none_reference = [\"methods\"]\n";
+    prepare(&place, manifest, &["a.xml"]);
+    update(&place);
+    let cases = run(&place, &[], 0);
+    assert_eq!(
+        [&cases[0]["verdict"], &cases[1]["verdict"]],
+        ["same-bits", "equal-within-noise"],
+        "{cases:?}"
+    );
+    assert_eq!(seeds_in_log(&place, "a+bidirectional")[0], 1000);
 }
 
 #[test]
@@ -179,7 +230,7 @@ against = "fine"
     let cases = run(&place, &[], 2);
     assert!(start.elapsed() < Duration::from_secs(120));
     let verdicts: Vec<&str> = cases.iter().map(|case| case["verdict"].as_str().unwrap()).collect();
-    assert_eq!(verdicts, ["equal-within-noise", "broken", "broken", "broken", "broken"]);
+    assert_eq!(verdicts, ["same-bits", "broken", "broken", "broken", "broken"]);
     for (case, wanted) in cases[1..].iter().zip([
         "syntax.xml:2:",
         "took longer than 0.3 s",
@@ -302,16 +353,20 @@ fn shards_together_are_the_whole_run() {
     prepare(&place, "[[case]]\nscene = \"*.xml\"\n", &["a.xml", "b.xml", "c.xml"]);
     update(&place);
     write(&place, "c.xml", &scene(0.6));
-    let whole = run(&place, &[], 1);
+    let seeds = ["--seed-base", "3000"];
+    let whole = run(&place, &seeds, 1);
     let [one, two, joined] = ["one", "two", "joined"].map(|name| place.join(name).display().to_string());
     let names = |cases: &[Value]| cases.iter().map(|case| case["name"].clone()).collect::<Vec<_>>();
-    assert_eq!(names(&run(&place, &["--shard", "1/2", "--results", &one], 1)), ["a", "c"]);
+    let shard = |of: &str, results: &str, code: i32| {
+        names(&run(&place, &[&["--shard", of, "--results", results][..], &seeds].concat(), code))
+    };
+    assert_eq!(shard("1/2", &one, 1), ["a", "c"]);
     // What is missing is not passed over.
     let json = place.join("merged.json").display().to_string();
     regress(&place, &["merge", &one, "--results", &joined, "--json", &json], 2);
     let missing = &cases(Path::new(&json))[1];
     assert!(missing["verdict"] == "broken" && sentence(missing).contains("every shard"), "{missing}");
-    assert_eq!(names(&run(&place, &["--shard", "2/2", "--results", &two], 0)), ["b"]);
+    assert_eq!(shard("2/2", &two, 0), ["b"]);
     regress(&place, &["merge", &one, &two, "--results", &joined, "--json", &json], 1);
     let merged = cases(Path::new(&json));
     assert_eq!(names(&merged), names(&whole));
@@ -319,9 +374,9 @@ fn shards_together_are_the_whole_run() {
         for key in ["verdict", "renderings", "tolerance", "device", "method", "spp", "picture", "reference"] {
             assert_eq!(a[key], b[key], "{key} of {a}");
         }
-        // Threads add up in any order.
+        // Samples are added up in a fixed order, as those of the references.
         let [a, b] = [a, b].map(|case| case["judgement"]["brightness"][1][0].as_f64().unwrap());
-        assert!((a - b).abs() < 1e-3 * b, "{a} {b}");
+        assert!((a - b).abs() < 1e-12 * b, "{a} {b}");
         assert!(Path::new(&joined).join(merged[0]["picture"].as_str().unwrap()).exists());
     }
     // Results of another scene are not taken for those of this one.
@@ -377,10 +432,24 @@ fn strict_cases_have_the_same_bits() {
         sentence.contains("8 of 8 renderings have other bits") && sentence.contains("noise"),
         "{sentence}"
     );
-    // A reference of another class was not rendered in a fixed order.
+    // A reference of another class of this program has bits to compare, too.
     prepare(&place, "[[case]]\nscene = \"a.xml\"\n", &[]);
-    regress(&place, &["update", "--reason", "in any order"], 0);
+    regress(&place, &["update", "--reason", "of another class"], 0);
     prepare(&place, "tolerance = \"strict\"\n[[case]]\nscene = \"a.xml\"\n", &[]);
+    assert_eq!(run(&place, &[], 0)[0]["verdict"], "same-bits");
+    // One that another program rendered has them only where the class asks for them.
+    let program = env!("CARGO_BIN_EXE_pointillist");
+    let other = format!(
+        r#"[renderer.other]
+command = ["{program}", "render", "{{scene}}", "-o", "{{output}}", "--seed", "{{seed}}", "--spp", "2", "--device", "cpu", "--quiet"]
+[[case]]
+scene = "a.xml"
+renderer = "other"
+"#
+    );
+    prepare(&place, &other, &[]);
+    regress(&place, &["update", "--reason", "in any order"], 0);
+    prepare(&place, &format!("tolerance = \"strict\"\n{other}"), &[]);
     let cases = run(&place, &[], 2);
     assert!(cases[0]["sentence"].as_str().unwrap().contains("regress update"), "{cases:?}");
 }

@@ -79,7 +79,7 @@ fn a_slower_case_is_red_on_request() {
     let fast = program(&place, "fast", &format!(": > \"$picture\"; {report}"));
     let cases = run(&place, &against(&fast, &[]), 0);
     assert_eq!(cases[0]["timing"]["verdict"], "slower", "{cases:?}");
-    assert_eq!(cases[0]["verdict"], "equal-within-noise");
+    assert_eq!(cases[0]["verdict"], "same-bits");
     let words = [&["run"][..], &against(&fast, &["--fail-on-slower", "10"])].concat();
     let output = regress(&place, &words, 1);
     assert!(

@@ -101,7 +101,8 @@ pub struct RegressRunArgs {
     #[arg(long)]
     pub fresh: bool,
 
-    /// First seed [default: 1000, or above those of the reference]. Other seeds give an independent verdict.
+    /// First seed [default: 1000, or above those of the reference]. Other seeds give an independent verdict: bits are then compared only where
+    /// the class of tolerance asks for them.
     #[arg(long, value_name = "N")]
     pub seed_base: Option<u32>,
 

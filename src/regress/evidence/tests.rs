@@ -1,5 +1,6 @@
 use super::*;
 use crate::math::random::Random;
+use crate::regress::statistics::areas::mean_and_variance;
 use crate::regress::statistics::synthetic::{SyntheticScene, evidence, gamma, log_normal, rendering};
 
 /// A folder that is removed at the end.

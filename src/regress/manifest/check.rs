@@ -21,7 +21,7 @@ const OWN_OPTIONS: [(&str, &str); 13] = [
     ("--time", "the key `spp`, because renderings must be of equal effort"),
     ("--error", "the key `detect`, because renderings must be of equal effort"),
     ("--seed", "the option `--seed-base` of `regress run`"),
-    ("--deterministic", "a class of tolerance with `bits = true`"),
+    ("--deterministic", "nothing, it is given wherever bits can be compared"),
     ("-o", "the option `--results` of `regress run`"),
     ("--output", "the option `--results` of `regress run`"),
     ("--json", "the option `--json` of `regress run`"),

@@ -35,8 +35,14 @@ pub fn false_alarm(report: &RunReport) -> String {
 }
 
 /// What this run would have missed: the smallest change of brightness that every compared case would have found. `None` if nothing was
-/// compared by statistics.
+/// compared by statistics, unless every case has the same bits.
 pub fn power(report: &RunReport) -> Option<String> {
+    if !report.cases.is_empty() && report.cases.iter().all(|case| case.verdict == CaseVerdict::SameBits) {
+        return Some(
+            "Every bit of these renderings is that of the references, so that noise hides no change in them."
+                .into(),
+        );
+    }
     let found = |case: &CaseReport| Some(case.judgement.as_ref()?.detectable);
     let judged = report.cases.iter().filter_map(|case| Some((case, found(case)?)));
     let judged = judged.filter(|(case, size)| case.verdict != CaseVerdict::SameBits && size.is_finite());
@@ -143,6 +149,8 @@ mod tests {
         assert!(power_text.contains("prism is the least"), "{power_text}");
         report.cases.retain(|case| case.judgement.is_none());
         assert_eq!(power(&report), None);
+        report.cases.retain(|case| case.verdict == CaseVerdict::SameBits);
+        assert!(power(&report).is_some_and(|text| text.starts_with("Every bit")));
         report.cases.clear();
         assert_eq!(counts(&report), "No case was run.");
     }

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-import sysconfig
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,12 +108,7 @@ def program() -> list[str]:
 
 def run(words: Sequence[str]) -> int:
     """Runs a subcommand in a process of its own, so that Ctrl-C and crashes are those of that process, and returns its exit code."""
-    environment = dict(os.environ)
-    script = shutil.which("pointillist", path=sysconfig.get_path("scripts"))
-    if script:
-        # A subcommand that starts the program again finds it by this name: its own executable is Python.
-        environment.setdefault("POINTILLIST_PROGRAM", script)
-    with subprocess.Popen([*program(), *words], env=environment) as process:
+    with subprocess.Popen([*program(), *words]) as process:
         while True:
             try:
                 return process.wait()
