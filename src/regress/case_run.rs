@@ -64,8 +64,16 @@ pub fn level(plan: &RegressPlan, case: &RegressCase) -> JudgementLevel {
     JudgementLevel { false_alarm: looks(&case.budget).level(of_case), relative: case.tolerance.relative }
 }
 
-fn looks(budget: &CaseBudget) -> Looks {
+/// When a case is looked at.
+pub fn looks(budget: &CaseBudget) -> Looks {
     Looks::of(budget.seeds, budget.most_seeds)
+}
+
+/// Whether more renderings are worth their time after this look: something is unlikely but not proven, or what is to be detected would not have been.
+pub fn is_open(judgement: &Judgement, budget: &CaseBudget) -> bool {
+    // NaN counts as not good enough.
+    let detects = budget.detect.is_none_or(|wanted| judgement.detectable <= wanted);
+    !judgement.changed && (judgement.undecided || !detects)
 }
 
 /// The first seed of a run that shares none with the reference.
@@ -267,10 +275,7 @@ impl CaseRunner<'_> {
                 }
             };
             let judgement = judge(&now, then, level).map_err(CaseStop::broken)?;
-            // NaN counts as not good enough.
-            let detects = budget.detect.is_none_or(|wanted| judgement.detectable <= wanted);
-            let open = !judgement.changed && (judgement.undecided || !detects);
-            if open && look + 1 < looks.len() {
+            if is_open(&judgement, budget) && look + 1 < looks.len() {
                 continue;
             }
             let verdict =

@@ -201,28 +201,12 @@ impl CaseRenderings {
         let text = |path: &Path| path.display().to_string();
         let (scene, output) = (text(&self.scene), text(output));
         match &self.renderer {
-            CaseRenderer::Pointillist { method, device, options } => {
+            CaseRenderer::Pointillist { .. } => {
                 let mut words = vec![text(&self.program), "render".into(), scene];
-                let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
-                option("--spp", self.spp.to_string());
-                option("--seed", seed.to_string());
-                if let Some([width, height]) = self.size {
-                    option("--size", format!("{width}x{height}"));
-                }
-                for (name, value) in [("--integrator", method), ("--device", device)] {
-                    if let Some(value) = value {
-                        option(name, value.clone());
-                    }
-                }
-                // Variances come from the spread over seeds: no rendering has to know its own.
-                if !options.iter().any(|word| word.starts_with("--replicates")) {
-                    option("--replicates", "1".into());
-                }
-                option("-o", output);
-                option("--json", text(report));
-                words.push("--quiet".into());
+                let files = ["-o", &output, "--json", &text(report), "--quiet"];
+                words.extend(files.map(str::to_owned));
                 words.extend(self.tally.deterministic.then(|| "--deterministic".to_owned()));
-                words.extend(options.iter().cloned());
+                words.extend(picture_options(&self.renderer, self.size, self.spp, seed).unwrap_or_default());
                 words
             }
             CaseRenderer::Command { words, .. } => {
@@ -261,6 +245,34 @@ fn file(place: &Path, seed: u32, extension: &str) -> PathBuf {
     let mut path = place.as_os_str().to_owned();
     path.push(format!("-{seed}.{extension}"));
     path.into()
+}
+
+/// The options of `render` that decide what picture of a scene a seed has; `None` of another program.
+pub fn picture_options(
+    renderer: &CaseRenderer,
+    size: Option<[u32; 2]>,
+    spp: u64,
+    seed: u32,
+) -> Option<Vec<String>> {
+    let CaseRenderer::Pointillist { method, device, options } = renderer else { return None };
+    let mut words = Vec::new();
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    option("--spp", spp.to_string());
+    option("--seed", seed.to_string());
+    if let Some([width, height]) = size {
+        option("--size", format!("{width}x{height}"));
+    }
+    for (name, value) in [("--integrator", method), ("--device", device)] {
+        if let Some(value) = value {
+            option(name, value.clone());
+        }
+    }
+    // Variances come from the spread over seeds: no rendering has to know its own.
+    if !options.iter().any(|word| word.starts_with("--replicates")) {
+        option("--replicates", "1".into());
+    }
+    words.extend(options.iter().cloned());
+    Some(words)
 }
 
 /// A word with its names in braces replaced by their values, from the left; values stay as they are.

@@ -1,4 +1,4 @@
-//! Tests of single modules: `tests/unit/a/b.rs` tests `src/a/b.rs`.
+//! Tests of single modules: `tests/unit/a/b.rs` tests `src/a/b.rs`; `planted.rs` tests parts of a benchmark.
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
@@ -55,6 +55,7 @@ mod math {
     mod random;
     mod warp;
 }
+mod planted;
 mod spectrum {
     mod blackbody;
     mod emission_map;

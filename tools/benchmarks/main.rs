@@ -28,6 +28,7 @@ mod meshes;
 mod methods;
 mod photon_bias;
 mod photons;
+mod planted;
 mod rays;
 mod replicates;
 mod sampler;
@@ -86,6 +87,8 @@ enum Part {
     PhotonBias(photon_bias::Arguments),
     /// Cost of the photon map against its size, and its throughput with one and two threads
     Photons(photons::Arguments),
+    /// Planted changes in the scenes of a regression manifest: how many are found against what is stated, and false alarms of runs without
+    Planted(planted::Arguments),
     /// Rays per second of the tracer's tree, beside Embree 3 and obvhs's compressed tree
     Rays(rays::Arguments),
     /// How true the stated errors of replicates are, and what they cost
@@ -133,6 +136,7 @@ fn main() -> ExitCode {
         Part::Methods(arguments) => methods::run(&arguments),
         Part::PhotonBias(arguments) => photon_bias::run(&arguments),
         Part::Photons(arguments) => photons::run(&arguments),
+        Part::Planted(arguments) => planted::run(&arguments),
         Part::Rays(arguments) => rays::run(&arguments),
         Part::Replicates(arguments) => replicates::run(&arguments),
         Part::Sampler => sampler::run(),
