@@ -13,8 +13,8 @@ use crate::image::write::{atomically, same_file};
 use crate::render::calendar;
 
 /// Collects the cases of a plan, or those whose names contain one of the words, from folders of results into one folder, and makes their
-/// report. A case that no folder has, or only that of another scene, reference or manifest, is broken. Shards that waited for this are at
-/// their end: called again, they begin anew.
+/// report. A case that no folder has, or only that of another scene, reference or manifest, is broken; of one that several have the
+/// newest counts. Shards that waited for this are at their end: called again, they begin anew.
 ///
 /// # Errors
 /// For a word that no case has, a folder that does not exist, results of different builds of this program, and files that cannot be read
@@ -40,7 +40,10 @@ pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &
             true => "no folder of results has it: has every shard come to its end?",
             false => "its results are of another manifest, scene or reference: run its shard again",
         };
-        let Some((part, mut finished)) = found.into_iter().find(|(_, finished)| has_key(finished)) else {
+        // An older one may be left of another number of shards, or of a manifest with other cases.
+        let of_plan = found.into_iter().filter(|(_, finished)| has_key(finished));
+        let newest = of_plan.max_by_key(|(part, _)| FinishedCase::written(part, &case.name));
+        let Some((part, mut finished)) = newest else {
             cases.push(broken_report(plan, case, reason.to_owned()));
             continue;
         };

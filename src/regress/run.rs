@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
@@ -93,6 +93,11 @@ impl FinishedCase {
     /// The case in a folder of results; `None` if it is not there or cannot be read.
     pub(super) fn read(results: &Path, name: &str) -> Option<Self> {
         serde_json::from_str(&std::fs::read_to_string(case_file(results, name)).ok()?).ok()
+    }
+
+    /// When the case in a folder of results was written; `None` if it is not there.
+    pub(super) fn written(results: &Path, name: &str) -> Option<SystemTime> {
+        case_file(results, name).metadata().ok()?.modified().ok()
     }
 
     /// Writes it into a folder of results.

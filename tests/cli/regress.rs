@@ -311,6 +311,14 @@ fn a_shard_for_a_merge_is_kept_until_then() {
     assert_eq!(written(), first);
     regress(&place, &["merge", &one, "--results", &joined], 1);
     assert!(!place.join("one/.unfinished-1-of-1").exists());
+    // Of a case that several shards have, as of another number of shards before, the newest counts.
+    let two = place.join("two").display().to_string();
+    regress(&place, &["run", "--shard", "1/2", "--results", &two, "--seed-base", "5000"], 0);
+    let json = place.join("merged.json").display().to_string();
+    regress(&place, &["merge", &two, &one, "--results", &joined, "--json", &json], 1);
+    let merged = cases(Path::new(&json));
+    let is_of_two = |case: &Value| case["command"].as_array().unwrap().iter().any(|word| word == "5000");
+    assert!(is_of_two(&merged[0]) && !is_of_two(&merged[1]), "{merged:?}");
     // What is judged can be chosen, as in the run.
     regress(&place, &["merge", &one, "--case", "a", "--results", &joined], 0);
     regress(&place, &["merge", &one, "--case", "c", "--results", &joined], 2);
