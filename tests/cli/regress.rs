@@ -303,7 +303,7 @@ fn a_shard_for_a_merge_is_kept_until_then() {
     update(&place);
     write(&place, "b.xml", &scene(0.6));
     let [one, joined] = ["one", "joined"].map(|name| place.join(name).display().to_string());
-    let shard = ["run", "--shard", "1/1", "--for-merge", "--results", &one];
+    let shard = ["run", "--shard", "1/1", "--for-merge", "--results", one.as_str()];
     let written = || std::fs::metadata(place.join("one/a.json")).unwrap().modified().unwrap();
     regress(&place, &shard, 0);
     let first = written();
