@@ -7,17 +7,20 @@ use miette::{IntoDiagnostic, Result, WrapErr};
 use super::case_run::broken_report;
 use super::plan::{CaseRenderer, ReferenceSource, RegressCase, RegressPlan};
 use super::provenance::{FileHashes, stored};
-use super::run::{FinishedCase, results_folder};
+use super::run::{FinishedCase, choose, end_waiting_shards, results_folder};
 use super::run_report::{CaseReport, RunReport};
 use crate::image::write::{atomically, same_file};
 use crate::render::calendar;
 
-/// Collects the cases of a plan from folders of results into one folder, and makes their report. A case that no folder has, or only that
-/// of another scene, reference or manifest, is broken.
+/// Collects the cases of a plan, or those whose names contain one of the words, from folders of results into one folder, and makes their
+/// report. A case that no folder has, or only that of another scene, reference or manifest, is broken; of one that several have the
+/// newest counts. Shards that waited for this are at their end: called again, they begin anew.
 ///
 /// # Errors
-/// For a folder that does not exist, results of different builds of this program, and files that cannot be read or written.
-pub fn merge(plan: &RegressPlan, parts: &[PathBuf], results: &Path) -> Result<RunReport> {
+/// For a word that no case has, a folder that does not exist, results of different builds of this program, and files that cannot be read
+/// or written.
+pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &Path) -> Result<RunReport> {
+    let chosen = choose(plan, words)?;
     if let Some(missing) = parts.iter().find(|part| !part.is_dir()) {
         let help = "give the --results folders of all shards";
         return Err(miette::miette!(help = help, "{} is not a folder", missing.display()));
@@ -25,7 +28,7 @@ pub fn merge(plan: &RegressPlan, parts: &[PathBuf], results: &Path) -> Result<Ru
     let results = results_folder(plan, results)?;
     let hashes = FileHashes::default();
     let (mut build, mut cases): (Option<(&PathBuf, String)>, _) = (None, Vec::new());
-    for case in &plan.cases {
+    for case in chosen {
         let wanted = hashes.key(plan, case, Path::new(""), None);
         let has_key = |finished: &FinishedCase| {
             let [a, b] = [&finished.key, &wanted].map(|key| (&key.case, &key.scene, &key.reference));
@@ -37,7 +40,10 @@ pub fn merge(plan: &RegressPlan, parts: &[PathBuf], results: &Path) -> Result<Ru
             true => "no folder of results has it: has every shard come to its end?",
             false => "its results are of another manifest, scene or reference: run its shard again",
         };
-        let Some((part, mut finished)) = found.into_iter().find(|(_, finished)| has_key(finished)) else {
+        // An older one may be left of another number of shards, or of a manifest with other cases.
+        let of_plan = found.into_iter().filter(|(_, finished)| has_key(finished));
+        let newest = of_plan.max_by_key(|(part, _)| FinishedCase::written(part, &case.name));
+        let Some((part, mut finished)) = newest else {
             cases.push(broken_report(plan, case, reason.to_owned()));
             continue;
         };
@@ -58,6 +64,7 @@ pub fn merge(plan: &RegressPlan, parts: &[PathBuf], results: &Path) -> Result<Ru
         copy(part, &results, &finished)?;
         cases.push(finished.report);
     }
+    parts.iter().try_for_each(|part| end_waiting_shards(part))?;
     Ok(RunReport {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         folder: plan.folder.clone(),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use miette::{IntoDiagnostic, Result, WrapErr};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,12 @@ use crate::image::write::{atomically, same_file};
 use crate::render::{calendar, process};
 use crate::scene::suggest;
 
+/// How the name of the mark of an unfinished run begins.
+const MARK: &str = ".unfinished";
+
+/// What the mark of a shard says that has come to its end and waits for `merge`.
+const WAITS: &[u8] = b"waits for `regress merge`\n";
+
 /// File in the folder of a case that says which key its renderings have.
 const KEY: &str = "key.json";
 
@@ -30,6 +36,8 @@ pub struct RegressOptions {
     pub cases: Vec<String>,
     /// Which share of the cases.
     pub shard: Option<ShardOfCases>,
+    /// The shard counts as unfinished until it is merged: called again, as by the scheduler of a farm, it keeps what it has.
+    pub for_merge: bool,
     /// Keep nothing of a run that was interrupted.
     pub fresh: bool,
     /// First seed.
@@ -89,6 +97,11 @@ impl FinishedCase {
         serde_json::from_str(&std::fs::read_to_string(case_file(results, name)).ok()?).ok()
     }
 
+    /// When the case in a folder of results was written; `None` if it is not there.
+    pub(super) fn written(results: &Path, name: &str) -> Option<SystemTime> {
+        case_file(results, name).metadata().ok()?.modified().ok()
+    }
+
     /// Writes it into a folder of results.
     pub(super) fn write(&self, results: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).into_diagnostic()? + "\n";
@@ -120,8 +133,8 @@ pub fn run(
     };
     let results = results_folder(plan, &options.results)?;
     let mark = results.join(match options.shard {
-        Some(shard) => format!(".unfinished-{}-of-{}", shard.number, shard.of),
-        None => ".unfinished".to_owned(),
+        Some(shard) => format!("{MARK}-{}-of-{}", shard.number, shard.of),
+        None => MARK.to_owned(),
     });
     let goes_on = mark.exists() && !options.fresh;
     atomically(&mark, b"").into_diagnostic()?;
@@ -162,10 +175,10 @@ pub fn run(
         Some(_) => {}
         None => cases.iter_mut().for_each(|case| case.timing = None),
     }
-    if unfinished == 0 {
-        std::fs::remove_file(&mark)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot remove {}", mark.display()))?;
+    match unfinished {
+        0 if options.for_merge => atomically(&mark, WAITS).into_diagnostic()?,
+        0 => remove_mark(&mark)?,
+        _ => {}
     }
     let report = RunReport {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -176,6 +189,27 @@ pub fn run(
         cases,
     };
     Ok(RegressOutcome { report, unfinished })
+}
+
+fn remove_mark(mark: &Path) -> Result<()> {
+    let removed = std::fs::remove_file(mark).into_diagnostic();
+    removed.wrap_err_with(|| format!("cannot remove {}", mark.display()))
+}
+
+/// Ends the runs of shards that wait for `merge`; those that were interrupted stay unfinished.
+///
+/// # Errors
+/// For a folder that cannot be read, and marks that cannot be removed.
+pub(super) fn end_waiting_shards(results: &Path) -> Result<()> {
+    let cannot_read = || format!("cannot read {}", results.display());
+    for entry in results.read_dir().into_diagnostic().wrap_err_with(cannot_read)? {
+        let path = entry.into_diagnostic().wrap_err_with(cannot_read)?.path();
+        let is_mark = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(MARK));
+        if is_mark && std::fs::read(&path).is_ok_and(|text| text == WAITS) {
+            remove_mark(&path)?;
+        }
+    }
+    Ok(())
 }
 
 /// The cases whose names contain one of the words; all without words.

@@ -1,9 +1,13 @@
-//! Renders in parts through the engines of `tools/farm`, with a worker killed in the middle: the picture is that of one render.
+//! Renders in parts through the engines of `tools/farm`, with a worker killed in the middle: the picture is that of one render, and the
+//! verdicts are those of one regression run.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use serde_json::Value;
+
+use super::regress::{prepare, scene, update, write};
 use super::state::{runs, same};
 
 /// A folder for one test, empty; its name has a blank.
@@ -163,6 +167,101 @@ fn parts_that_fail_are_told() {
         assert!(!output.status.success() && error.contains(wanted), "{error}");
     }
     assert!(!place.join("picture.exr").exists());
+}
+
+/// How the programs of [`SCENES`] render, after a line of their own.
+const RENDER: &str =
+    r#"exec "$PROGRAM" render "$1" -o "$2" --seed "$3" --spp 2 --replicates 1 --device cpu --quiet"#;
+
+/// Four cases, of which two shards have the odd and the even ones.
+const SCENES: &str = r#"[renderer.counted]
+command = ["/bin/sh", "counted", "{scene}", "{output}", "{seed}"]
+[renderer.killer]
+command = ["/bin/sh", "killer", "{scene}", "{output}", "{seed}"]
+[[case]]
+scene = "a.xml"
+[[case]]
+name = "b"
+scene = "a.xml"
+renderer = "counted"
+against = "a"
+[[case]]
+scene = "c.xml"
+[[case]]
+name = "d"
+scene = "a.xml"
+renderer = "killer"
+against = "a"
+"#;
+
+/// A folder with [`SCENES`] and their references. Case `b` writes down which seeds it renders, case `d` kills the program that runs it, once.
+fn scenes(place: &Path) -> PathBuf {
+    let scenes = place.join("scenes");
+    std::fs::create_dir(&scenes).unwrap();
+    prepare(&scenes, SCENES, &["a.xml", "c.xml"]);
+    write(&scenes, "counted", &format!("echo \"$3\" >> seeds\n{RENDER}\n"));
+    let kill = "if mkdir killed 2> /dev/null; then kill -KILL $PPID; exit 1; fi";
+    write(&scenes, "killer", &format!("{kill}\n{RENDER}\n"));
+    update(&scenes);
+    scenes
+}
+
+/// Runs regression renders in two parts, checks the exit code of the script, and returns the names of those of the four cases that have changed.
+#[track_caller]
+fn changed(engine: &str, options: &[&str], place: &Path, code: i32) -> Vec<String> {
+    let report = place.join("report.json");
+    let mut command = script(engine, place);
+    command
+        .args(["--regress", "--of", "2"])
+        .args(options)
+        .arg("-d")
+        .arg(place.join("out"))
+        .arg(place.join("scenes"));
+    command
+        .args(["--device", "cpu", "--json"])
+        .arg(&report)
+        .env("PROGRAM", env!("CARGO_BIN_EXE_pointillist"));
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Value = serde_json::from_str(&std::fs::read_to_string(report).unwrap()).unwrap();
+    let cases = report["cases"].as_array().unwrap();
+    let names: Vec<&str> = cases.iter().map(|case| case["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["a", "b", "c", "d"]);
+    let of_verdict = cases.iter().zip(names).filter(|(case, _)| case["verdict"] == "changed");
+    of_verdict.map(|(_, name)| name.to_owned()).collect()
+}
+
+/// A shard that is killed goes on where it was; one with a red case is no failure, and the exit code is that of the merge.
+#[test]
+fn parallel_runs_regression_renders_in_shards() {
+    let place = folder("regress");
+    let scenes = scenes(&place);
+    let options = ["--jobs", "2"];
+    assert!(changed("parallel", &options, &place, 0).is_empty());
+    assert!(scenes.join("killed").exists() && place.join("out/results/index.html").exists());
+    let seeds = std::fs::read_to_string(scenes.join("seeds")).unwrap();
+    let mut different: Vec<&str> = seeds.lines().collect();
+    different.sort_unstable();
+    different.dedup();
+    assert!(different.len() >= 8 && different.len() == seeds.lines().count(), "rendered again: {seeds}");
+    // What was merged is rendered anew by the next call.
+    write(&scenes, "c.xml", &scene(0.9));
+    assert_eq!(changed("parallel", &options, &place, 1), ["c"]);
+    assert!(std::fs::read_to_string(scenes.join("seeds")).unwrap().len() > seeds.len());
+    let jobs = std::fs::read_to_string(place.join("out/jobs.log")).unwrap();
+    let codes: Vec<&str> = jobs.lines().skip(1).filter_map(|job| job.split('\t').nth(6)).collect();
+    assert_eq!(codes, ["0", "0"], "a red case was tried again: {jobs}");
+}
+
+/// Results of shards travel through Dask, and a shard whose program is killed is begun anew.
+#[test]
+fn dask_runs_regression_renders_in_shards() {
+    let place = folder("regress dask");
+    install_dask(&place);
+    let scenes = scenes(&place);
+    write(&scenes, "c.xml", &scene(0.9));
+    assert_eq!(changed("dask", &["--workers", "2"], &place, 1), ["c"]);
+    assert!(scenes.join("killed").exists() && place.join("out/results/c.exr").exists());
 }
 
 /// The Kubernetes manifest is one by the schema, in which a misspelt key is not.

@@ -346,6 +346,39 @@ fn folders_that_are_not_of_a_run_stay() {
     assert!(place.join("results/a/thesis.txt").exists());
 }
 
+/// A shard for a merge is no failure to a scheduler, whatever its verdicts; called again, it keeps what it has until it is merged.
+#[test]
+fn a_shard_for_a_merge_is_kept_until_then() {
+    let place = folder("for_merge");
+    prepare(&place, "[[case]]\nscene = \"*.xml\"\n", &["a.xml", "b.xml"]);
+    update(&place);
+    write(&place, "b.xml", &scene(0.6));
+    let [one, joined] = ["one", "joined"].map(|name| place.join(name).display().to_string());
+    let shard = ["run", "--shard", "1/1", "--for-merge", "--results", one.as_str()];
+    let written = || std::fs::metadata(place.join("one/a.json")).unwrap().modified().unwrap();
+    regress(&place, &shard, 0);
+    let first = written();
+    regress(&place, &shard, 0);
+    assert_eq!(written(), first);
+    regress(&place, &["merge", &one, "--results", &joined], 1);
+    assert!(!place.join("one/.unfinished-1-of-1").exists());
+    // Of a case that several shards have, as of another number of shards before, the newest counts.
+    let two = place.join("two").display().to_string();
+    regress(&place, &["run", "--shard", "1/2", "--results", &two, "--seed-base", "5000"], 0);
+    let json = place.join("merged.json").display().to_string();
+    regress(&place, &["merge", &two, &one, "--results", &joined, "--json", &json], 1);
+    let merged = cases(Path::new(&json));
+    let is_of_two = |case: &Value| case["command"].as_array().unwrap().iter().any(|word| word == "5000");
+    assert!(is_of_two(&merged[0]) && !is_of_two(&merged[1]), "{merged:?}");
+    // What is judged can be chosen, as in the run.
+    regress(&place, &["merge", &one, "--case", "a", "--results", &joined], 0);
+    regress(&place, &["merge", &one, "--case", "c", "--results", &joined], 2);
+    regress(&place, &shard, 0);
+    assert_ne!(written(), first);
+    // A whole run has an exit code of its own.
+    regress(&place, &["run", "--for-merge"], 2);
+}
+
 /// Each shard has its cases, and together they are the whole run.
 #[test]
 fn shards_together_are_the_whole_run() {

@@ -97,6 +97,11 @@ pub struct RegressRunArgs {
     #[arg(long, value_name = "K/N", value_parser = shard)]
     pub shard: Option<ShardOfCases>,
 
+    /// Exit code 0 once the shard has come to its end, whatever the verdicts: that of `regress merge` tells. Called again before it is
+    /// merged, the shard keeps what it has.
+    #[arg(long, requires = "shard")]
+    pub for_merge: bool,
+
     /// Begin anew although an earlier run was interrupted.
     #[arg(long)]
     pub fresh: bool,
@@ -171,6 +176,10 @@ pub struct RegressMergeArgs {
     /// The folders of results of all shards.
     #[arg(value_name = "RESULTS", required = true)]
     pub parts: Vec<PathBuf>,
+
+    /// Only cases of this name, or with this word in their names, as in the runs of the shards; may be given several times.
+    #[arg(long = "case", value_name = "WORD")]
+    pub cases: Vec<String>,
 
     /// Files of results.
     #[command(flatten)]

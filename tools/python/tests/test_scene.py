@@ -98,6 +98,70 @@ def test_normals_and_coordinates_of_meshes_are_used() -> None:
     assert not np.array_equal(flat["picture"], smooth["picture"])
 
 
+def coloured(mesh: dict[str, Any], attribute: str) -> pointillist.Scene:
+    """The scene with a mesh whose colour is an attribute."""
+    reflectance = {"type": "mesh_attribute", "name": attribute}
+    bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    return pointillist.load({**DICT, "ball": {**mesh, "bsdf": bsdf}})
+
+
+COLORS = np.array([[0.75, 0.25, 0.125], [0.5, 0.5, 0.25], [0.125, 0.75, 0.5], [0.25, 0.125, 0.75]])
+
+
+@pytest.mark.parametrize("attribute", ["vertex_color", "face_color", "vertex_texcoord", "vertex_glow_color", "face_a_b"])
+@pytest.mark.parametrize("channels", [0, 1, 3])
+def test_attributes_of_meshes_are_those_of_their_file(tmp_path: Path, attribute: str, channels: int) -> None:
+    of_faces = attribute.startswith("face_")
+    values = COLORS[: len(FACES) if of_faces else len(VERTICES), : max(channels, 1)]
+    own = attribute.partition("_")[2]
+    ends = ["r", "g", "b"] if own == "color" and channels == 3 else [f"{own}_{end}" for end in "0123"][: values.shape[1]]
+    properties = [f"property float {end}" for end in ends]
+    rows = lambda plain, of_it: [" ".join(map(str, [*row, *more])) for row, more in zip(plain, of_it)]
+    nothing: list[list[float]] = [[]] * 4
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(VERTICES)}", *(f"property float {axis}" for axis in "xyz")]
+    lines += [] if of_faces else properties
+    lines += [f"element face {len(FACES)}", "property list uchar int vertex_indices", *(properties if of_faces else []), "end_header"]
+    lines += rows(VERTICES.tolist(), nothing if of_faces else values.tolist())
+    lines += rows([[3, *face] for face in FACES.tolist()], values.tolist() if of_faces else nothing)
+    file = tmp_path / "mesh.ply"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    given = values[:, 0] if channels == 0 else values
+    mesh = {"type": "mesh", "vertices": VERTICES, "faces": FACES, attribute: given, "vertex_other": np.ones(4), "face_other": np.ones((2, 3))}
+    of_arrays = coloured(mesh, attribute)
+    assert same_bits(coloured({"type": "ply", "filename": str(file)}, attribute), of_arrays)
+    assert not np.array_equal(
+        coloured({**mesh, attribute: given / 2}, attribute).render(**SMALL)["picture"], of_arrays.render(**SMALL)["picture"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "error", "message"),
+    [
+        ("vertex_color", np.ones((2, 3)), ValueError, r"ball.vertex_color: the shape is .*\(4, 3\).* each vertex, and not \(2, 3\)"),
+        ("vertex_color", np.ones((4, 4)), ValueError, r"ball.vertex_color: .*not \(4, 4\)"),
+        ("vertex_color", np.ones((4, 3, 1)), ValueError, r"ball.vertex_color: .*not \(4, 3, 1\)"),
+        ("vertex_color", 0.5, ValueError, r"ball.vertex_color: .*not \(\)"),
+        ("face_color", np.ones((4, 3)), ValueError, r"ball.face_color: the shape is .*\(2, 3\).* each face, and not \(4, 3\)"),
+        ("vertex_color", np.ones((4, 3), np.uint8), TypeError, "ball.vertex_color: .*uint8"),
+        ("vertex_color", ["red"] * 4, TypeError, "ball.vertex_color: .*floating-point"),
+        ("vertex_", np.ones(4), ValueError, "ball.vertex_: .*name"),
+        ("vertex_my colour", np.ones(4), ValueError, "ball.vertex_my colour: .*blanks"),
+    ],
+)
+def test_attributes_of_other_shapes_are_refused(attribute: str, value: Any, error: type[Exception], message: str) -> None:
+    mesh = {"type": "mesh", "vertices": VERTICES, "faces": FACES, attribute: value}
+    with pytest.raises(error, match=message):
+        pointillist.load({**DICT, "ball": mesh})
+
+
+def test_face_normals_is_the_switch_of_the_plugin() -> None:
+    mesh = {"type": "mesh", "vertices": VERTICES, "faces": FACES, "bsdf": {"type": "ref", "id": "metal"}}
+    smooth, flat = (
+        pointillist.load({**DICT, "ball": {**mesh, "face_normals": switch}}).render(**SMALL)["picture"] for switch in (False, True)
+    )
+    assert not np.array_equal(smooth, flat)
+
+
 @pytest.mark.parametrize("kind", [np.float32, np.uint8])
 def test_a_texture_of_one_colour_is_that_colour(kind: type) -> None:
     values: list[Any] = [0.5, 0.25, 0.125]

@@ -175,8 +175,10 @@ class SceneText:
         for needed in ("vertices", "faces"):
             if arrays[needed] is None:
                 raise ValueError(f"{place}: a mesh needs {needed!r}, an array of three numbers each")
+        # `face_normals` is a switch of the plugin.
+        named = [name for name in value if name.startswith(("vertex_", "face_")) and name != "face_normals"]
         file = f"{place}.ply"
-        self.files.append((file, _ply(arrays, place)))
+        self.files.append((file, _ply(arrays, {name: value.pop(name) for name in named}, place)))
         return {"filename": file, **value}
 
     def _file(self, array: Any, encode: Any, place: str, what: str) -> str:
@@ -204,8 +206,8 @@ def _listed(numbers: Any, place: str) -> str:
     return ", ".join(repr(float(number)) for number in listed)
 
 
-def _ply(arrays: dict[str, Any], place: str) -> bytes:
-    """A binary PLY file of a mesh."""
+def _ply(arrays: dict[str, Any], attributes: dict[str, Any], place: str) -> bytes:
+    """A binary PLY file of a mesh, with attributes by their names ``vertex_…`` and ``face_…``."""
     import numpy as np
 
     def read(name: str, columns: int, dtype: str) -> Any:
@@ -217,6 +219,20 @@ def _ply(arrays: dict[str, Any], place: str) -> bytes:
             raise TypeError(f"{place}.{name}: indices are integers, not {array.dtype}")
         return array.astype(dtype)
 
+    def attribute(name: str, count: int) -> tuple[list[str], Any]:
+        """Names of the properties of an attribute, and its numbers ``[count][1 or 3]``."""
+        array = np.asarray(attributes[name])
+        columns = array[:, None] if array.ndim == 1 else array
+        if columns.ndim != 2 or columns.shape[1] not in (1, 3) or len(columns) != count:
+            wanted = f"({count},), ({count}, 1) or ({count}, 3), one or three numbers for each {name.partition('_')[0]}"
+            raise ValueError(f"{place}.{name}: the shape is {wanted}, and not {array.shape}")
+        if array.dtype.kind not in "fiu" or array.dtype.itemsize == 1:
+            raise TypeError(f"{place}.{name}: an attribute is of floating-point numbers, not of {array.dtype}")
+        own = name.partition("_")[2]
+        if not own or not own.isascii() or not own.isprintable() or " " in own:
+            raise ValueError(f"{place}.{name}: the name of an attribute goes on after its first `_`, in ASCII and without blanks")
+        return [f"{own}_{i}" for i in range(columns.shape[1])], columns.astype("<f4")
+
     vertices, faces = read("vertices", 3, "<f4"), read("faces", 3, "<i4")
     parts, names = [vertices], ["x", "y", "z"]
     for name, columns in (("normals", ["nx", "ny", "nz"]), ("uvs", ["u", "v"])):
@@ -226,11 +242,19 @@ def _ply(arrays: dict[str, Any], place: str) -> bytes:
                 raise ValueError(f"{place}.{name}: there are {len(array)}, and {len(vertices)} vertices")
             parts.append(array)
             names += columns
+    of_faces: list[str] = []
+    face_parts: list[Any] = [np.empty((len(faces), 0), "<f4")]
+    for name in attributes:
+        is_of_faces = name.startswith("face_")
+        properties, numbers = attribute(name, len(faces) if is_of_faces else len(vertices))
+        (of_faces if is_of_faces else names).extend(properties)
+        (face_parts if is_of_faces else parts).append(numbers)
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
     header += [f"property float {name}" for name in names]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
-    corners = np.empty(len(faces), dtype=[("n", "u1"), ("i", "<i4", 3)])
-    corners["n"], corners["i"] = 3, faces
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    header += [*(f"property float {name}" for name in of_faces), "end_header", ""]
+    corners = np.empty(len(faces), dtype=[("n", "u1"), ("i", "<i4", 3), ("a", "<f4", (len(of_faces),))])
+    corners["n"], corners["i"], corners["a"] = 3, faces, np.concatenate(face_parts, axis=1)
     points = np.ascontiguousarray(np.concatenate(parts, axis=1), dtype="<f4")
     return "\n".join(header).encode() + points.tobytes() + corners.tobytes()
 

@@ -315,13 +315,21 @@ def load(
 
     Dictionaries are those of Mitsuba's ``load_dict``: a plugin has a ``type``, a key is an id or the name of a parameter, and
     ``{"type": "ref", "id": …}`` names another plugin. Arrays stand for files: ``vertices`` and ``faces`` (with ``normals`` and ``uvs``)
-    of a ``mesh``, the ``data`` of a ``bitmap`` (bytes are sRGB, floating-point numbers linear), the ``grid`` of a ``gridvolume``.
+    of a ``mesh``, the ``data`` of a ``bitmap`` (bytes are sRGB, floating-point numbers linear), the ``grid`` of a ``gridvolume``. Every other key
+    of a mesh that begins with ``vertex_`` or ``face_`` is an attribute, one or three floating-point numbers (linear) for each vertex or face, of
+    the shape ``(n,)``, ``(n, 1)`` or ``(n, 3)``, which textures ``mesh_attribute`` name.
 
     >>> import numpy, pointillist
     >>> scene = pointillist.load({
     ...     "type": "scene",
     ...     "sensor": {"type": "perspective", "to_world": pointillist.Transform().look_at([0, 0, -4], [0, 0, 0])},
-    ...     "triangle": {"type": "mesh", "vertices": numpy.eye(3), "faces": [[0, 1, 2]]},
+    ...     "triangle": {
+    ...         "type": "mesh",
+    ...         "vertices": numpy.eye(3),
+    ...         "faces": [[0, 1, 2]],
+    ...         "vertex_color": numpy.eye(3),
+    ...         "bsdf": {"type": "diffuse", "reflectance": {"type": "mesh_attribute", "name": "vertex_color"}},
+    ...     },
     ...     "sky": {"type": "constant"},
     ... })
     >>> scene.render(spp=1, size=(8, 8))["picture"].shape
