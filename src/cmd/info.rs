@@ -93,11 +93,7 @@ fn state(about: &StateHeader) -> String {
 }
 
 fn attributes(attributes: &[(String, Attribute)]) -> String {
-    let text = |value: &Attribute| match value {
-        Attribute::Text(text) => text.clone(),
-        Attribute::Number(number) => number.to_string(),
-    };
-    attributes.iter().map(|(name, value)| lines(&[(name, text(value))])).collect()
+    attributes.iter().map(|(name, value)| lines(&[(name, value.to_string())])).collect()
 }
 
 fn lines(pairs: &[(&str, String)]) -> String {

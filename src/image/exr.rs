@@ -1,4 +1,5 @@
-//! OpenEXR files: one part, layers by the channels' dotted names, lossless ZIP.
+//! OpenEXR files: one part, layers by the channels' dotted names, lossless ZIP; or lossless PIZ with half floats where those are exact, which
+//! is smaller for noise ([`write_small`]).
 //!
 //! One part rather than one per layer, because more programs support it; `R`, `G`, `B` have no layer name and are what viewers show. The
 //! same picture yields the same bytes: the library keeps attributes in a hash map, so they are sorted after writing.
@@ -13,10 +14,11 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
-    Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image, ImageAttributes,
+    IntegerBounds, Layer, LayerAttributes, ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
 use glam::DVec2;
+use half::f16;
 
 use crate::image::error::ImageError;
 use crate::image::{Attribute, colors, views, write};
@@ -151,21 +153,59 @@ impl Layers {
 /// Writes a picture, with views as one part each; the name holds the old file or the whole new one. Refused by [`ImageError::Encode`] are
 /// channels of the wrong length, doubled or empty names, and names of over 255 bytes.
 pub fn write(path: &Path, layers: &Layers) -> Result<(), ImageError> {
-    write::atomically(path, &encode(path, layers)?)
+    write::atomically(path, &encode(path, layers, Packing::Usual)?)
+}
+
+/// Writes the same values as [`write`], smaller where they are noise that was rounded: the samples of channels that half floats hold exactly
+/// are half floats, and all are compressed by PIZ.
+///
+/// # Errors
+/// Those of [`write`].
+pub fn write_small(path: &Path, layers: &Layers) -> Result<(), ImageError> {
+    write::atomically(path, &encode(path, layers, Packing::Small)?)
+}
+
+/// How samples are stored, without loss.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Packing {
+    /// Single-precision floats, ZIP of 16 scan lines each.
+    Usual,
+    /// Half floats where these are exact, PIZ: a wavelet transform and Huffman codes, of 32 scan lines each.
+    Small,
+}
+
+impl Packing {
+    fn samples(self, values: &[f32]) -> FlatSamples {
+        let is_half = |v: &f32| f16::from_f32(*v).to_f32().to_bits() == v.to_bits();
+        match self == Self::Small && values.iter().all(is_half) {
+            true => FlatSamples::F16(values.iter().map(|v| f16::from_f32(*v)).collect()),
+            false => FlatSamples::F32(values.to_vec()),
+        }
+    }
+
+    /// Scan lines in increasing order.
+    fn encoding(self) -> Encoding {
+        match self {
+            Self::Usual => Encoding::SMALL_LOSSLESS,
+            Self::Small => Encoding { compression: Compression::PIZ, ..Encoding::SMALL_LOSSLESS },
+        }
+    }
 }
 
 /// The bytes of the file; `path` only names it in errors.
-fn encode(path: &Path, layers: &Layers) -> Result<Vec<u8>, ImageError> {
+fn encode(path: &Path, layers: &Layers, packing: Packing) -> Result<Vec<u8>, ImageError> {
     let refuse = |reason: String| ImageError::Encode { path: path.to_path_buf(), reason };
     let size = Vec2(layers.width, layers.height);
     let parts = match &layers.views[..] {
         [] => {
             let channels = layers.channels.iter().map(|(name, values)| (name.clone(), values.as_slice()));
-            vec![part(size, channels, &layers.attributes, None).map_err(refuse)?]
+            vec![part(size, channels, &layers.attributes, None, packing).map_err(refuse)?]
         }
         views => views
             .iter()
-            .map(|view| part(size, layers.channels_of(view), &layers.attributes_of(view), Some(view)))
+            .map(|view| {
+                part(size, layers.channels_of(view), &layers.attributes_of(view), Some(view), packing)
+            })
             .collect::<Result<_, _>>()
             .map_err(refuse)?,
     };
@@ -186,6 +226,7 @@ fn part<'a>(
     given: impl Iterator<Item = (String, &'a [f32])>,
     attributes: &[(String, Attribute)],
     view: Option<&String>,
+    packing: Packing,
 ) -> Result<Layer<AnyChannels<FlatSamples>>, String> {
     let mut channels = Vec::new();
     for (name, values) in given {
@@ -197,7 +238,7 @@ fn part<'a>(
                 size.1
             ));
         }
-        channels.push(AnyChannel::new(text(&name), FlatSamples::F32(values.to_vec())));
+        channels.push(AnyChannel::new(text(&name), packing.samples(values)));
     }
     // The name of a part says nothing to readers, but each must have another one.
     let name = view.map(|view| text(view));
@@ -206,13 +247,15 @@ fn part<'a>(
         let value = match value {
             Attribute::Text(value) => AttributeValue::Text(text(value)),
             Attribute::Number(value) => AttributeValue::F64(*value),
+            Attribute::Bytes(value) => {
+                AttributeValue::Bytes { type_hint: Text::default(), bytes: value.clone().into() }
+            }
         };
         if own.other.insert(text(name), value).is_some() {
             return Err(format!("attribute “{name}” is given twice"));
         }
     }
-    // ZIP of 16 scan lines each, in increasing order.
-    Ok(Layer::new(size, own, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels.into())))
+    Ok(Layer::new(size, own, packing.encoding(), AnyChannels::sort(channels.into())))
 }
 
 /// OpenEXR strings are bytes; UTF-8 is what current programs expect.
@@ -315,6 +358,7 @@ pub(super) fn decode_layers(path: &Path, mut file: impl Read + Seek) -> Result<L
                 AttributeValue::F64(x) => Attribute::Number(*x),
                 AttributeValue::F32(x) => Attribute::Number(f64::from(*x)),
                 AttributeValue::I32(x) => Attribute::Number(f64::from(*x)),
+                AttributeValue::Bytes { bytes, .. } => Attribute::Bytes(bytes.to_vec()),
                 _ => return None,
             };
             Some((decode(name), value))

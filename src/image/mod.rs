@@ -31,4 +31,17 @@ pub enum Attribute {
     Text(String),
     /// A number.
     Number(f64),
+    /// Bytes whose meaning only the program knows that wrote them.
+    Bytes(Vec<u8>),
+}
+
+/// As reports and the texts of PNG files tell it.
+impl std::fmt::Display for Attribute {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
+        }
+    }
 }

@@ -118,11 +118,7 @@ pub fn encode(
         Transfer::Icc(_) => {}
     }
     for (name, value) in attributes {
-        let text = match value {
-            Attribute::Text(text) => text.clone(),
-            Attribute::Number(number) => number.to_string(),
-        };
-        encoder.add_itxt_chunk(name.clone(), text)?;
+        encoder.add_itxt_chunk(name.clone(), value.to_string())?;
     }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(picture.rgb.as_flattened())?;

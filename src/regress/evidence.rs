@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::statistics::areas::AreaLayout;
 use super::statistics::noise::estimated_variance;
-use super::statistics::packing::{coarse_variances, pack_areas, rounded, step, unpack_areas};
+use super::statistics::packing::{coarse, pack_areas, shared_variances, shown_and_exact, unpack_areas};
 use crate::image::compare::{Picture, luminance};
 use crate::image::exr::{self, Layers};
 use crate::image::{Attribute, Grid, ImageError};
@@ -17,14 +17,17 @@ pub use super::statistics::areas::AREA;
 /// Channels of the picture and of the variances of their values.
 const CHANNELS: [(&str, &str); 3] = [("R", "variance.R"), ("G", "variance.G"), ("B", "variance.B")];
 
-/// Before the number of each channel that holds areas.
-const AREA_CHANNEL: &str = "areas.";
+/// Channels of the values of the picture that half floats do not hold: 0 where they do.
+const EXACT: [&str; 3] = ["regress.exact.R", "regress.exact.G", "regress.exact.B"];
 
 /// Attribute: number of renderings.
 const RENDERINGS: &str = "regress.renderings";
 
 /// Attribute: number of renderings whose areas are held.
 const AREA_RENDERINGS: &str = "regress.areas";
+
+/// Attribute: these areas, as `pack_areas` makes bytes of them.
+const AREA_MEANS: &str = "regress.areaMeans";
 
 /// Attribute: hashes of the renderings, separated by blanks.
 const HASHES: &str = "regress.hashes";
@@ -80,8 +83,9 @@ impl Evidence {
     /// # Errors
     /// Those of reading it.
     pub fn of_single(path: &Path) -> Result<Self, ImageError> {
-        let picture = Picture::read(path, None)?;
+        let mut picture = Picture::read(path, None)?;
         let layers = exr::read(path)?;
+        make_exact(&mut picture.rgb, &layers);
         Self::of_one(&picture, given_variances(&layers))
     }
 
@@ -122,18 +126,20 @@ impl Evidence {
             Some(Attribute::Number(value)) if *value >= 0.0 => Some(*value as usize),
             _ => None,
         };
-        let mean = picture.rgb;
+        let mut mean = picture.rgb;
+        make_exact(&mut mean, &layers);
         let size = (mean.width(), mean.height());
-        let channels: Vec<&[f32]> =
-            (0..).map_while(|i| layers.channel(&format!("{AREA_CHANNEL}{i}"))).collect();
-        let areas = match number(AREA_RENDERINGS) {
-            None | Some(0) => Vec::new(),
-            Some(renderings) => {
+        let refuse = |reason: String| ImageError::Decode { path: path.to_path_buf(), reason };
+        let areas = match (number(AREA_RENDERINGS), layers.attribute(AREA_MEANS)) {
+            (None | Some(0), _) => Vec::new(),
+            (Some(renderings), Some(Attribute::Bytes(packed))) => {
                 let count = AreaLayout::new(size.0, size.1).count();
-                unpack_areas(&channels, renderings, count).ok_or_else(|| ImageError::Decode {
-                    path: path.to_path_buf(),
-                    reason: format!("its areas of {renderings} renderings are cut short"),
-                })?
+                unpack_areas(packed, renderings, count)
+                    .ok_or_else(|| refuse(format!("its areas are not those of {renderings} renderings")))?
+            }
+            (Some(_), _) => {
+                let reason = "its areas are in the form of an earlier version: `pointillist regress update` renders it anew";
+                return Err(refuse(reason.to_owned()));
             }
         };
         let hashes = match layers.attribute(HASHES) {
@@ -144,36 +150,36 @@ impl Evidence {
         let evidence = Self { renderings, mean, variance: grid(size, variance)?, areas, hashes };
         let attributes = layers.attributes.into_iter().filter_map(|(name, value)| match value {
             Attribute::Text(text) => Some((name.strip_prefix(GIVEN)?.to_owned(), text)),
-            Attribute::Number(_) => None,
+            Attribute::Number(_) | Attribute::Bytes(_) => None,
         });
         Ok((evidence, attributes.collect()))
     }
 
     /// Writes an EXR file with attributes (provenance), small: values are rounded to a fraction of their standard error first.
     ///
-    /// Variances are kept with one bit of mantissa, and as the mean of 4×4 pixels where no pixel stands out. `R`, `G`, `B` are rounded to
-    /// a power of two of at most a quarter of the standard error that is kept, which adds at most .53 % to the variance: less than what
-    /// that is rounded by. The areas of each rendering, in the channels `areas.0`, …, are rounded in the same way by their own
-    /// spread. Attributes get `provenance.` before their names.
+    /// Variances are kept as the mean of 4×4 pixels where no pixel stands out, with three bits of mantissa. `R`, `G`, `B` are rounded to
+    /// multiples of a power of two of at most half of that standard error, which adds at most 2.1 % to the variance; what it adds is in the
+    /// variance that is kept. They are half floats, which every program shows; values that half floats do not hold, such as those without
+    /// noise, are exact in channels `regress.exact.R` and so on. The areas of each rendering are rounded in the same way by their
+    /// own spread, and are bytes of an attribute (`statistics/packing.rs`). Samples are compressed by PIZ. Attributes get `provenance.` before
+    /// their names.
     ///
     /// # Errors
     /// [`ImageError::Write`]; [`ImageError::Encode`] for attributes without a name, or twice with the same.
     pub fn write(&self, path: &Path, attributes: &[(String, String)]) -> Result<(), ImageError> {
         let (width, height) = (self.mean.width(), self.mean.height());
-        let variances = coarse_variances(&self.variance);
-        let pixels = self.mean.pixels().iter().zip(&variances);
-        let means: Vec<[f32; 3]> = pixels
-            .map(|(mean, variance)| {
-                std::array::from_fn(|c| rounded(mean[c], step(f64::from(variance[c]).sqrt())))
-            })
-            .collect();
+        let refuse = |reason: String| ImageError::Encode { path: path.to_path_buf(), reason };
+        let shared = shared_variances(&self.variance);
         let mut layers = Layers { width, height, ..Layers::default() };
         for (c, (value, variance)) in CHANNELS.into_iter().enumerate() {
-            layers.push(value, means.iter().map(|mean| mean[c]));
-            layers.push(variance, variances.iter().map(|variance| variance[c]));
-        }
-        for (i, channel) in pack_areas(&self.areas, width * height).into_iter().enumerate() {
-            layers.push(&format!("{AREA_CHANNEL}{i}"), channel);
+            let pixels = self.mean.pixels().iter().zip(&shared);
+            let pixels: Vec<[f32; 2]> = pixels.map(|(mean, shared)| coarse(mean[c], shared[c])).collect();
+            let means: Vec<[f32; 2]> = pixels.iter().map(|[mean, _]| shown_and_exact(*mean)).collect();
+            layers.push(value, means.iter().map(|[shown, _]| *shown));
+            layers.push(variance, pixels.iter().map(|[_, variance]| *variance));
+            if means.iter().any(|[_, exact]| *exact != 0.0) {
+                layers.push(EXACT[c], means.iter().map(|[_, exact]| *exact));
+            }
         }
         let given = attributes.iter().map(|(name, value)| {
             let name = if name.is_empty() { String::new() } else { format!("{GIVEN}{name}") };
@@ -184,20 +190,33 @@ impl Evidence {
             (RENDERINGS.to_owned(), Attribute::Number(self.renderings as f64)),
             (AREA_RENDERINGS.to_owned(), Attribute::Number(self.areas.len() as f64)),
         ]);
+        if !self.areas.is_empty() {
+            let packed = pack_areas(&self.areas).map_err(|error| refuse(error.to_string()))?;
+            layers.attributes.push((AREA_MEANS.to_owned(), Attribute::Bytes(packed)));
+        }
         if !self.hashes.is_empty() {
             layers.attributes.push((HASHES.to_owned(), Attribute::Text(self.hashes.join(" "))));
         }
         if let Some((_, value)) = layers.attributes.iter().find(|(name, _)| name.is_empty()) {
             let reason = format!("an attribute without a name, of the value {value:?}, cannot be stored");
-            return Err(ImageError::Encode { path: path.to_path_buf(), reason });
+            return Err(refuse(reason));
         }
-        exr::write(path, &layers)
+        exr::write_small(path, &layers)
     }
 }
 
 /// For which pixels all channels are finite.
 fn finite(pixels: &Grid<[f32; 3]>) -> Vec<bool> {
     pixels.pixels().iter().map(|rgb| rgb.iter().all(|c| c.is_finite())).collect()
+}
+
+/// Puts the values that half floats do not hold in their place.
+fn make_exact(mean: &mut Grid<[f32; 3]>, layers: &Layers) {
+    for (c, name) in EXACT.into_iter().enumerate() {
+        let exact = layers.channel(name).unwrap_or_default();
+        let pixels = mean.pixels_mut().iter_mut().zip(exact).filter(|(_, exact)| **exact != 0.0);
+        pixels.for_each(|(pixel, exact)| pixel[c] = *exact);
+    }
 }
 
 /// The variances of red, green and blue that a file holds.

@@ -95,8 +95,10 @@ fn numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[[f64; 2]; 3], D::Err
 /// that of the normal or χ² distribution (`statistics/permutation.rs`). With fewer renderings, of different effort, or where one side has
 /// only variances of pixels, Welch's t test and Bonferroni's correction are used, with variances that are rather too large.
 ///
-/// For whole pictures whose average over seeds has a flatter distribution than the normal one, as few dimensions of quasi-Monte Carlo
-/// points might give, p values of 1e-6 may be too small by a factor of up to 4 with 8 renderings.
+/// For the whole picture as many exchanges are drawn as the level asks for, where there are enough. There are not for two sets of 8 renderings:
+/// if their averages had a flatter distribution than the normal one, as few dimensions of quasi-Monte Carlo points might give, p values of
+/// 1e-6 may be too small by a factor of 4 (uniform distribution) or 18 (arcsine distribution). Those of areas are continued from one of 200 in any
+/// case: they are of thousands of averages over 64 pixels.
 ///
 /// The test of pixels uses Welch's t with variances that are averaged with those of their neighbours, so that renderings that agree by
 /// chance do not look exact.
@@ -113,7 +115,7 @@ pub fn judge(now: &Evidence, reference: &Evidence, level: JudgementLevel) -> Res
     let mut found = contrasts.statistics(relative);
     let renderings = Renderings::of(now, reference)
         .filter(|all| contrasts.have_equal_effort([all.sides[0].len(), all.sides[1].len()]));
-    let permuted = renderings.and_then(|all| permutation::p_values(&all, found));
+    let permuted = renderings.and_then(|all| permutation::p_values(&all, found, level.false_alarm / TESTS));
     let [whole, square, area] = permuted.unwrap_or_else(|| {
         contrasts = contrasts.clone().cautious();
         found = contrasts.statistics(relative);

@@ -1,7 +1,9 @@
 use super::*;
 use crate::math::random::Random;
 use crate::regress::statistics::areas::mean_and_variance;
-use crate::regress::statistics::synthetic::{SyntheticScene, evidence, gamma, log_normal, rendering};
+use crate::regress::statistics::synthetic::{
+    SyntheticScene, evidence, gamma, log_normal, rendering, sixteen_samples,
+};
 
 /// A folder that is removed at the end.
 fn folder() -> tempfile::TempDir {
@@ -68,6 +70,7 @@ fn single_pictures_have_the_variances_that_are_given_or_estimated() {
     assert!((0.02..2.0).contains(&noise), "{noise}");
 }
 
+/// A folder of 100 references of 256×256 pixels takes less than 30 MB, also by the default of 32 renderings.
 #[test]
 fn references_come_back_and_are_small() {
     let folder = folder();
@@ -75,44 +78,73 @@ fn references_come_back_and_are_small() {
     let expected = SyntheticScene::new(256).expected();
     let attributes = [("reason", "a better sky"), ("owner", "nobody")]
         .map(|(name, value)| (name.to_owned(), value.to_owned()));
-    // A texture that nothing compresses, with noise of 71 % in each rendering. It took 371 kB from 8 renderings; 300 kB are what is wanted.
-    for (renderings, most) in [(8, 400_000), (32, 600_000)] {
-        let mut all = evidence(&expected, renderings, gamma, &mut Random(2));
+    let noisy = rendering(&expected, sixteen_samples, &mut Random(1));
+    let pixels = noisy.pixels().iter().zip(expected.pixels()).filter(|(_, expected)| expected[1] > 0.0);
+    let (_, relative) =
+        mean_and_variance(pixels.map(|(a, b)| f64::from(a[1] / b[1])).collect::<Vec<_>>().into_iter());
+    assert!((0.029..0.033).contains(&relative), "relMSE of one rendering: {relative}");
+    for renderings in [8, 32] {
+        let mut all = evidence(&expected, renderings, sixteen_samples, &mut Random(2));
         all.mean.row_mut(7)[9] = [f32::INFINITY; 3];
         all.variance.row_mut(7)[9] = [f32::NAN; 3];
         all.write(&path, &attributes).expect("written");
         let bytes = std::fs::metadata(&path).expect("a file").len();
         println!("reference of 256×256 pixels from {renderings} renderings: {bytes} bytes");
-        assert!(bytes < most, "{bytes} bytes from {renderings} renderings");
+        assert!(bytes < 300_000, "{bytes} bytes from {renderings} renderings");
         let (read, found) = Evidence::read(&path).expect("a reference");
         assert_eq!(found.len(), 2);
         assert!(attributes.iter().all(|attribute| found.contains(attribute)), "{found:?}");
         assert_eq!((read.renderings, &read.hashes), (all.renderings, &all.hashes));
         assert_eq!(read.mean.at(9, 7), [f32::INFINITY; 3]);
-        let [mut sums, mut before] = [0.0; 2];
+        let [mut after, mut before] = [0.0; 2];
         for i in (0..read.mean.pixels().len()).filter(|i| *i != 7 * 256 + 9) {
             let [a, b] = [&all, &read].map(|e| (e.mean.pixels()[i], e.variance.pixels()[i]));
             for c in 0..3 {
-                let error = b.1[c].sqrt();
-                assert!((a.0[c] - b.0[c]).abs() <= 0.126 * error, "pixel {i}: {a:?} {b:?}");
-                assert!(b.1[c] >= 0.19 * a.1[c], "pixel {i}: {a:?} {b:?}");
+                // The variance that is kept may be 6 % less than that of which the error was rounded to half.
+                assert!((a.0[c] - b.0[c]).abs() <= 0.26 * b.1[c].sqrt(), "pixel {i}: {a:?} {b:?}");
+                assert!(b.1[c] >= 0.23 * a.1[c], "pixel {i}: {a:?} {b:?}");
                 before += f64::from(a.1[c]);
-                sums += f64::from(b.1[c]);
+                after += f64::from(b.1[c]);
             }
         }
-        assert!((0.95..1.25).contains(&(sums / before)), "variances add to {} of before", sums / before);
+        // Rounding adds 2.1 % at most, and pixels that stand out are in the means of their blocks, too.
+        assert!((0.99..1.04).contains(&(after / before)), "variances add to {} of before", after / before);
         assert_eq!(read.areas.len(), renderings);
-        let spread = |area: usize| {
-            let values = all.areas.iter().map(|areas| f64::from(areas[area][1]));
-            mean_and_variance(values).1.sqrt()
+        let variance = |e: &Evidence, area: usize| {
+            mean_and_variance(e.areas.iter().map(|areas| f64::from(areas[area][1]))).1
         };
-        for area in [0, 500, 1023] {
+        let [mut after, mut before] = [0.0; 2];
+        for area in 0..1024 {
+            let spread = variance(&all, area).sqrt();
+            before += variance(&all, area);
+            after += variance(&read, area);
             for (a, b) in all.areas.iter().zip(&read.areas) {
                 let difference = f64::from(a[area][1] - b[area][1]).abs();
-                assert!(difference <= 0.126 * spread(area), "area {area}: {difference}");
+                assert!(difference <= 0.251 * spread, "area {area}: {difference}");
             }
         }
+        let ratio = after / before;
+        assert!((0.98..1.03).contains(&ratio), "variances of areas add to {ratio} of before");
     }
+}
+
+/// Other programs show `R`, `G`, `B` as half floats, and nothing is lost by it.
+#[test]
+fn values_without_noise_come_back_exactly() {
+    let folder = folder();
+    let path = folder.path().join("reference.exr");
+    let mut all = evidence(&SyntheticScene::new(40).expected(), 8, gamma, &mut Random(4));
+    for y in 8..12 {
+        all.mean.row_mut(y)[20..24].fill([0.3, 1e6, 1e-9]);
+        all.variance.row_mut(y)[20..24].fill([0.0; 3]);
+    }
+    all.write(&path, &[]).expect("written");
+    let (read, _) = Evidence::read(&path).expect("a reference");
+    assert_eq!((read.mean.at(21, 9), read.variance.at(21, 9)), ([0.3, 1e6, 1e-9], [0.0; 3]));
+    assert_eq!(Evidence::of_single(&path).expect("a picture").mean, read.mean);
+    let layers = exr::read(&path).expect("a file");
+    let [red, green] = ["R", "G"].map(|name| layers.channel(name).expect("a channel")[9 * 40 + 21]);
+    assert!((red - 0.3).abs() < 1e-4 && red != 0.3 && green == 65504.0, "{red} {green}");
 }
 
 #[test]
@@ -141,8 +173,17 @@ fn references_with_cut_areas_and_attributes_without_names_are_refused() {
     assert!(all.write(&path, &[twice.clone(), twice]).is_err());
     all.write(&path, &[]).expect("written");
     let mut layers = exr::read(&path).expect("read");
-    layers.channels.retain(|(name, _)| name != "areas.0");
-    exr::write(&path, &layers).expect("written");
-    let refused = Evidence::read(&path).expect_err("the areas are cut");
-    assert!(refused.to_string().contains("12 renderings"), "{refused}");
+    let area_means = layers.attributes.iter().position(|(name, _)| name == AREA_MEANS).expect("areas");
+    for (value, told) in [
+        (Some(Attribute::Bytes(vec![1, 2, 3])), "12 renderings"),
+        (None, "`pointillist regress update` renders it anew"),
+    ] {
+        match value {
+            Some(value) => layers.attributes[area_means].1 = value,
+            None => drop(layers.attributes.remove(area_means)),
+        }
+        exr::write(&path, &layers).expect("written");
+        let refused = Evidence::read(&path).expect_err("the areas are cut, or missing");
+        assert!(refused.to_string().contains(told), "{refused}");
+    }
 }

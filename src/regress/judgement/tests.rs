@@ -119,6 +119,29 @@ fn the_stated_power_is_true() {
     }
 }
 
+/// A reference that was written and read again, rounded as it is, has the same power.
+#[test]
+fn stored_references_judge_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("reference.exr");
+    let expected = SyntheticScene::new(64).expected();
+    let mut random = Random(21);
+    for noise in [gamma, small_gamma] {
+        let now = evidence(&expected, 8, noise, &mut random);
+        let reference = evidence(&expected, 32, noise, &mut random);
+        reference.write(&path, &[]).expect("written");
+        let (stored, _) = Evidence::read(&path).expect("a reference");
+        let [whole, rounded] = [&reference, &stored].map(|reference| verdict(&now, reference, 1e-5));
+        for (a, b) in [
+            (whole.detectable, rounded.detectable),
+            (whole.detectable_area, rounded.detectable_area),
+            (whole.tests[1].statistic, rounded.tests[1].statistic),
+        ] {
+            assert!((b / a - 1.0).abs() < 0.02, "{whole:?} {rounded:?}");
+        }
+    }
+}
+
 #[test]
 fn planted_changes_are_found() {
     let scene = SyntheticScene::new(64);

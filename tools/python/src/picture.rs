@@ -88,6 +88,7 @@ impl NativePicture {
             match value {
                 Attribute::Text(text) => attributes.set_item(name, text)?,
                 Attribute::Number(number) => attributes.set_item(name, number)?,
+                Attribute::Bytes(bytes) => attributes.set_item(name, PyBytes::new(py, bytes))?,
             }
         }
         Ok(attributes)

@@ -127,7 +127,7 @@ class Picture(Mapping[str, "Array"]):
         return self._native.size
 
     @property
-    def attributes(self) -> dict[str, Union[str, float]]:
+    def attributes(self) -> dict[str, Union[str, float, bytes]]:
         """What a file of the picture says of how it was made."""
         return self._native.attributes
 
