@@ -30,8 +30,8 @@ pub fn course(case: &CaseReport, history: &RunHistory) -> Markup {
     let past = &past[past.len().saturating_sub(RUNS)..];
     let channel = case.judgement.as_ref().and_then(wording::largest_change).map_or(1, |(channel, _)| channel);
     let brightness = format!("brightness, {}", wording::CHANNELS[channel]);
-    let before = past.iter().rev().skip(1).filter(|(_, earlier)| earlier.device == case.device);
-    let before = before.filter_map(|(_, earlier)| earlier.times.as_ref()).next();
+    let mut before = past.iter().rev().skip(1).filter(|(_, earlier)| earlier.device == case.device);
+    let before = before.find_map(|(_, earlier)| earlier.times.as_ref());
     html! {
         h3 { "From run to run" }
         @if past.len() < 2 { p.dim { "The history of this case begins with this run." } }

@@ -16,7 +16,7 @@ pub const NEVER_JUDGED: &str = "Times of renderings are shown and never judged, 
 
 /// How long a rendering took, and how fast the tracer was.
 pub fn of_renderings(times: &CaseTimes) -> String {
-    let speed = times.paths_per_trace_second;
+    let speed = times.paths_per_trace_second.filter(|speed| speed.is_finite());
     let speed = speed.map(|speed| format!(", {} paths/s of each thread", human(speed))).unwrap_or_default();
     format!("{} for a rendering{speed} (medians)", duration(times.seconds))
 }
