@@ -87,7 +87,7 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
     let rounds = if options.timing.is_some() { 2 } else { 1 };
     let count = choose(&plan, &args.cases)?.len().div_ceil(args.shard.map_or(1, |shard| shard.of));
     let steps = steps(rounds * count, args.quiet);
-    let outcome = run(&plan, &options, &|event| match event {
+    let mut outcome = run(&plan, &options, &|event| match event {
         RegressEvent::Begins(name) => begin(steps.as_ref(), name),
         RegressEvent::Ends(case) => {
             if case.verdict >= CaseVerdict::Changed {
@@ -106,6 +106,7 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         }
     })?;
     drop(steps);
+    outcome.report.fail_on_slower = args.fail_on_slower;
     // A part of a run is no point of the history.
     let is_whole = outcome.unfinished == 0 && args.shard.is_none();
     publish_report(&outcome.report, &args.outputs, &results, is_whole)?;
@@ -119,11 +120,11 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
     if options.timing.is_some() {
         tell_untimed(&outcome.report);
     }
+    tell_time_failures(&outcome.report);
     if args.for_merge {
         return Ok(0);
     }
-    let slower = args.fail_on_slower.map_or(0, |percent| code_of_times(&outcome.report, percent));
-    Ok(outcome.report.exit_code().max(slower))
+    Ok(outcome.report.exit_code())
 }
 
 /// The other program of `--time-against`.
@@ -150,23 +151,17 @@ fn tell_untimed(report: &RunReport) {
     }
 }
 
-/// The exit code of `--fail-on-slower`, with a line that says why.
-fn code_of_times(report: &RunReport, percent: f64) -> u8 {
-    let timed = || report.cases.iter().filter_map(|case| Some((case, case.timing.as_ref()?)));
-    let untimed = timed().filter(|(_, timing)| timing.verdict == TimingVerdict::Untimed);
-    let slower = timed().filter(|(_, timing)| timing.is_slower_by(percent / 100.0));
-    let slow = format!("certainly slower by more than {percent} %");
-    let mut code = 0;
-    for (worse, what, cases) in
-        [(1, slow.as_str(), slower.collect::<Vec<_>>()), (BROKEN, "not timed", untimed.collect())]
-    {
-        if !cases.is_empty() {
-            let names: Vec<&str> = cases.iter().map(|(case, _)| case.name.as_str()).collect();
+/// A line for each way in which `--fail-on-slower` makes cases red.
+fn tell_time_failures(report: &RunReport) {
+    let Some(percent) = report.fail_on_slower else { return };
+    let slower = format!("certainly slower by more than {percent} %");
+    for (failure, what) in [(TimingVerdict::Slower, slower.as_str()), (TimingVerdict::Untimed, "not timed")] {
+        let cases = report.cases.iter().filter(|case| report.time_failure(case) == Some(failure));
+        let names: Vec<&str> = cases.map(|case| case.name.as_str()).collect();
+        if !names.is_empty() {
             tell(&format!("--fail-on-slower: {what}: {}", names.join(", ")));
-            code = worse;
         }
     }
-    code
 }
 
 fn bisect_case(args: &RegressBisectArgs) -> Result<u8> {
@@ -219,8 +214,9 @@ fn merge_shards(args: &RegressMergeArgs) -> Result<u8> {
     let plan = plan(&args.folder)?;
     check_outputs(&args.outputs)?;
     let results = results(&args.outputs, &args.folder);
-    let report = merge(&plan, &args.cases, &args.parts, &results)?;
+    let report = merge(&plan, &args.cases, &args.parts, &results, args.fail_on_slower)?;
     publish_report(&report, &args.outputs, &results, true)?;
+    tell_time_failures(&report);
     Ok(report.exit_code())
 }
 

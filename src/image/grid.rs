@@ -66,10 +66,15 @@ impl<T: Copy> Grid<T> {
         self.row(y)[x]
     }
 
+    /// Side of the squares that [`reduced`](Self::reduced) joins.
+    pub fn step(&self, side: usize) -> usize {
+        self.width.max(self.height).div_ceil(side.max(1)).max(1)
+    }
+
     /// A smaller grid whose sides are at most `side`: `join` makes one pixel of each square of pixels. Squares at the right and lower
     /// border may be cut. A grid that fits has its pixels joined one by one.
     pub fn reduced(&self, side: usize, join: impl Fn(&[T]) -> T) -> Self {
-        let step = self.width.max(self.height).div_ceil(side.max(1)).max(1);
+        let step = self.step(side);
         let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
         let mut square = Vec::new();
         let mut data = Vec::with_capacity(width * height);

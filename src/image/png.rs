@@ -85,6 +85,31 @@ pub fn describe(path: &Path) -> Result<PngDescription, ImageError> {
     Ok(PngDescription { size: [info.width, info.height], attributes })
 }
 
+/// The bytes of a file whose pixels, in rows from the top, are numbers of colours in 8 bits of sRGB.
+///
+/// # Errors
+///
+/// For a size without pixels, another number of pixels, and more than 256 colours.
+pub fn encode_indexed(
+    [width, height]: [u32; 2],
+    indices: &[u8],
+    palette: &[[u8; 3]],
+) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette.as_flattened());
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(png::Compression::Balanced);
+    // Differences of colour numbers mean nothing (PNG specification 12.7.4).
+    encoder.set_filter(png::Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(indices)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 /// The bytes of the file.
 ///
 /// # Errors

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::case_times::CaseTimes;
 use super::evidence::Evidence;
 use super::judgement::{Judgement, JudgementLevel, judge};
 use super::plan::{CaseBudget, CaseRenderer, ReferenceSource, RegressCase, RegressPlan};
@@ -333,6 +334,7 @@ impl CaseRunner<'_> {
 fn describe(report: &mut CaseReport, tally: &RenderingTally) {
     report.renderings = tally.count;
     report.seconds = tally.seconds;
+    report.times = CaseTimes::of(&tally.times);
     report.command.clone_from(&tally.command);
     if let Some(device) = &tally.device {
         report.device.clone_from(device);
@@ -361,6 +363,7 @@ pub(super) fn broken_report(plan: &RegressPlan, case: &RegressCase, reason: Stri
         picture: None,
         reference: None,
         log: None,
+        times: None,
         timing: None,
     }
 }

@@ -8,18 +8,26 @@ use super::case_run::broken_report;
 use super::plan::{CaseRenderer, ReferenceSource, RegressCase, RegressPlan};
 use super::provenance::{FileHashes, stored};
 use super::run::{FinishedCase, choose, end_waiting_shards, results_folder};
-use super::run_report::{CaseReport, RunReport};
+use super::run_report::{CaseReport, CaseVerdict, RunReport};
+use super::timing::CaseTiming;
 use crate::image::write::{atomically, same_file};
 use crate::render::calendar;
 
 /// Collects the cases of a plan, or those whose names contain one of the words, from folders of results into one folder, and makes their
 /// report. A case that no folder has, or only that of another scene, reference or manifest, is broken; of one that several have the
-/// newest counts. Shards that waited for this are at their end: called again, they begin anew.
+/// newest counts. With `fail_on_slower`, in per cent, a case that its shard has not timed is one that could not be timed. Shards that
+/// waited for this are at their end: called again, they begin anew.
 ///
 /// # Errors
-/// For a word that no case has, a folder that does not exist, results of different builds of this program, and files that cannot be read
-/// or written.
-pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &Path) -> Result<RunReport> {
+/// For a word that no case has, a folder that does not exist, results of different builds of this program or times against different
+/// builds of another one, and files that cannot be read or written.
+pub fn merge(
+    plan: &RegressPlan,
+    words: &[String],
+    parts: &[PathBuf],
+    results: &Path,
+    fail_on_slower: Option<f64>,
+) -> Result<RunReport> {
     let chosen = choose(plan, words)?;
     if let Some(missing) = parts.iter().find(|part| !part.is_dir()) {
         let help = "give the --results folders of all shards";
@@ -27,7 +35,8 @@ pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &
     }
     let results = results_folder(plan, results)?;
     let hashes = FileHashes::default();
-    let (mut build, mut cases): (Option<(&PathBuf, String)>, _) = (None, Vec::new());
+    let (mut build, mut other): (Option<Build<'_>>, Option<Build<'_>>) = (None, None);
+    let mut cases = Vec::new();
     for case in chosen {
         let wanted = hashes.key(plan, case, Path::new(""), None);
         let has_key = |finished: &FinishedCase| {
@@ -50,19 +59,21 @@ pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &
         let only_own = matches!(case.renderer, CaseRenderer::Pointillist { .. })
             && !matches!(case.reference, ReferenceSource::Rendered { .. });
         if only_own {
-            let (first, program) = build.get_or_insert_with(|| (part, finished.key.program.clone()));
-            if *program != finished.key.program {
-                return Err(miette::miette!(
-                    help = "render all shards with the same build of the program",
-                    "{} and {} were rendered by different builds",
-                    first.display(),
-                    part.display()
-                ));
-            }
+            same_build(&mut build, (part, finished.key.program.clone()), "rendered by")?;
+        }
+        if let Some(timing) = &finished.report.timing {
+            same_build(&mut other, (part, timing.against_hash.clone()), "timed against")?;
         }
         localise(plan, case, &results, &mut finished.report);
         copy(part, &results, &finished)?;
-        cases.push(finished.report);
+        let mut report = finished.report;
+        let can_be_timed = report.verdict != CaseVerdict::Broken
+            && matches!(case.renderer, CaseRenderer::Pointillist { .. });
+        if fail_on_slower.is_some() && can_be_timed && report.timing.is_none() {
+            let reason = "its shard compared no times: run it with --time-against";
+            report.timing = Some(CaseTiming::failed(["another program", ""], reason.to_owned()));
+        }
+        cases.push(report);
     }
     parts.iter().try_for_each(|part| end_waiting_shards(part))?;
     Ok(RunReport {
@@ -71,8 +82,26 @@ pub fn merge(plan: &RegressPlan, words: &[String], parts: &[PathBuf], results: &
         started: calendar::now(),
         seconds: cases.iter().map(|case| case.seconds).sum(),
         false_alarm: plan.false_alarm,
+        fail_on_slower,
         cases,
     })
+}
+
+/// A folder of results, and the hash of a program that they are of.
+type Build<'a> = (&'a PathBuf, String);
+
+/// Checks that results are of the `known` build, which is theirs if there is none yet.
+fn same_build<'a>(known: &mut Option<Build<'a>>, now: Build<'a>, how: &str) -> Result<()> {
+    let (first, hash) = known.get_or_insert_with(|| now.clone());
+    if *hash == now.1 {
+        return Ok(());
+    }
+    Err(miette::miette!(
+        help = "run all shards with the same build of the program",
+        "{} and {} were {how} different builds",
+        first.display(),
+        now.0.display()
+    ))
 }
 
 /// The path of the reference on this machine.

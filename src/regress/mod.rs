@@ -12,6 +12,7 @@
 //! | `sequential.rs` | how often a case is looked at, and what each look may spend of the probability of a false alarm |
 //! | `run.rs`, `case_run.rs`, `renderings.rs`, `child.rs` | all cases; one case, as often as it takes; its renderings; one of them as a child process |
 //! | `update.rs`, `merge.rs` | new references; the results of shards joined |
+//! | `case_times.rs` | times of the renderings of a case, which are shown and not judged |
 //! | `timing.rs`, `timed_run.rs` | ratios of times to those of another program; the interleaved renderings of both |
 //! | `bisect.rs`, `bisect/` | the first revision whose picture has changed; what `git` does for it |
 //! | `provenance.rs`, `sentence.rs` | hashes of scenes, programs and references, and their attributes; judgements in words |
@@ -20,6 +21,7 @@
 //! `README.md` beside this file is the guide for users, with every key of the manifest.
 pub mod bisect;
 pub mod case_run;
+pub mod case_times;
 mod child;
 pub mod evidence;
 pub mod judgement;

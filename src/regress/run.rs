@@ -186,6 +186,7 @@ pub fn run(
         started,
         seconds: start.elapsed().as_secs_f64(),
         false_alarm: plan.false_alarm,
+        fail_on_slower: None,
         cases,
     };
     Ok(RegressOutcome { report, unfinished })

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use super::case_times::CaseTimes;
 use super::judgement::Judgement;
-use super::timing::CaseTiming;
+use super::timing::{CaseTiming, TimingVerdict};
 
 /// A whole run. Field names are JSON keys.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -20,6 +21,9 @@ pub struct RunReport {
     pub seconds: f64,
     /// Probability that a run without any change reports one.
     pub false_alarm: f64,
+    /// Per cent by which no time of a case may be certainly longer than with another program; `None` if times make no case red.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fail_on_slower: Option<f64>,
     /// In the order of the manifest.
     pub cases: Vec<CaseReport>,
 }
@@ -57,6 +61,9 @@ pub struct CaseReport {
     pub reference: Option<PathBuf>,
     /// Standard error of its renderings.
     pub log: Option<PathBuf>,
+    /// Times of its renderings; `None` if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<CaseTimes>,
     /// How its times compare with those of another program, if that was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub timing: Option<CaseTiming>,
@@ -89,12 +96,23 @@ impl CaseVerdict {
 }
 
 impl RunReport {
-    /// 0 if nothing changed, 1 if something did, 2 if a case is broken.
+    /// 0 if nothing changed, 1 if something did, 2 if a case is broken. With [`fail_on_slower`](Self::fail_on_slower) also 1 if a case is
+    /// slower, and 2 if one could not be timed.
     pub fn exit_code(&self) -> u8 {
-        match self.cases.iter().map(|case| case.verdict).max() {
-            Some(CaseVerdict::Changed) => 1,
-            Some(CaseVerdict::Broken) => 2,
+        let code = |case: &CaseReport| match (case.verdict, self.time_failure(case)) {
+            (CaseVerdict::Broken, _) | (_, Some(TimingVerdict::Untimed)) => 2,
+            (CaseVerdict::Changed, _) | (_, Some(_)) => 1,
             _ => 0,
+        };
+        self.cases.iter().map(code).max().unwrap_or(0)
+    }
+
+    /// Why its times make a case red: [`TimingVerdict::Slower`] or [`TimingVerdict::Untimed`].
+    pub fn time_failure(&self, case: &CaseReport) -> Option<TimingVerdict> {
+        let (percent, timing) = self.fail_on_slower.zip(case.timing.as_ref())?;
+        match timing.verdict {
+            TimingVerdict::Untimed => Some(TimingVerdict::Untimed),
+            _ => timing.is_slower_by(percent / 100.0).then_some(TimingVerdict::Slower),
         }
     }
 }

@@ -1,15 +1,13 @@
 //! Renders a case by turns with this program and another, and reads the times.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use super::case_run::CaseRunner;
-use super::plan::{CaseRenderer, RegressCase};
+use super::case_times::RenderingTimes;
+use super::plan::RegressCase;
 use super::renderings::{CaseRenderings, CaseStop};
 use super::sequential::Looks;
-use super::timing::{CaseTiming, TimedFigure, median};
+use super::timing::{CaseTiming, TimedFigure};
 use crate::render::process;
 
 /// The other program, and how often both render.
@@ -25,20 +23,6 @@ pub struct TimingOptions {
 
 /// Times of one rendering in seconds, by their names, in the order of a report.
 type Times = Vec<(String, f64)>;
-
-/// The part of a render's report that is read; other versions may lack any of it.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct ReportedTimes {
-    paths_per_trace_second: Option<f64>,
-    seconds: ReportedSeconds,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct ReportedSeconds {
-    render: Option<f64>,
-}
 
 /// Times a case that this program renders. `device` is that of its pictures: where there is none, no passes of a GPU are timed.
 ///
@@ -71,12 +55,10 @@ fn measure(
 ) -> Result<(u32, Vec<TimedFigure>, Vec<String>), CaseStop> {
     let place = tempfile::tempdir().map_err(CaseStop::broken)?;
     let log = runner.results.join(format!("{}.log", case.name));
-    let has_passes = device != "cpu" && !has_timings(&case.renderer);
-    let programs = [runner.program, &options.against].map(|program| TimedProgram {
-        renderings: CaseRenderings::new(runner.plan, case, program, [place.path(), &log], "timed"),
-        name: program,
-        place: place.path(),
-        has_passes,
+    let programs = [runner.program, &options.against].map(|program| {
+        let renderings = CaseRenderings::new(runner.plan, case, program, [place.path(), &log], "timed");
+        let has_passes = device != "cpu" && renderings.captures_passes();
+        TimedProgram { renderings, name: program, place: place.path(), has_passes }
     });
     // Both have read their files and compiled their pipelines once.
     for program in &programs {
@@ -105,16 +87,6 @@ fn measure(
         }
     }
     Ok(found)
-}
-
-/// Whether a case's own options capture the times of passes.
-fn has_timings(renderer: &CaseRenderer) -> bool {
-    match renderer {
-        CaseRenderer::Pointillist { options, .. } => {
-            options.iter().any(|word| word.starts_with("--gpu-timings"))
-        }
-        CaseRenderer::Command { .. } => false,
-    }
 }
 
 /// The figures that all renderings of all pairs report, and the names of those that only some do. The probability of a false alarm of the case is
@@ -154,15 +126,15 @@ impl TimedProgram<'_> {
         if process::is_interrupted() {
             return Err(CaseStop::Interrupted);
         }
-        let [output, report, passes] =
+        let [output, report, capture] =
             ["exr", "json", "csv"].map(|end| self.place.join("timed").with_extension(end));
         // What an earlier rendering left would be taken for this one's.
-        for old in [&output, &report, &passes].into_iter().filter(|old| old.exists()) {
+        for old in [&output, &report, &capture].into_iter().filter(|old| old.exists()) {
             std::fs::remove_file(old).map_err(CaseStop::broken)?;
         }
         let mut words = self.renderings.words(seed, &output, &report);
         if self.has_passes {
-            words.extend(["--gpu-timings".to_owned(), passes.display().to_string()]);
+            words.extend(["--gpu-timings".to_owned(), capture.display().to_string()]);
         }
         let process = self.renderings.run(seed, &words, &output).map_err(|stop| match stop {
             CaseStop::Broken(reason) => {
@@ -170,37 +142,18 @@ impl TimedProgram<'_> {
             }
             CaseStop::Interrupted => stop,
         })?;
-        let text = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
-        let ReportedTimes { paths_per_trace_second, seconds } =
-            serde_json::from_str(&text(&report)).unwrap_or_default();
-        let tracing = paths_per_trace_second.map(f64::recip);
-        let of_report = [("tracing a path", tracing), ("rendering", seconds.render)];
-        let of_report = of_report.into_iter().filter_map(|(name, time)| {
-            Some((name.to_owned(), time.filter(|time| time.is_finite() && *time > 0.0)?))
-        });
-        let mut times: Times = of_report.collect();
-        times.push(("the whole process".to_owned(), process));
-        times.extend(passes_of(&text(&passes)));
+        let RenderingTimes { render, paths_per_trace_second, passes, .. } =
+            RenderingTimes::read(process, &report, &capture);
+        let all = [
+            ("tracing a path", paths_per_trace_second.map(f64::recip)),
+            ("rendering", render),
+            ("the whole process", Some(process)),
+        ];
+        let mut times: Times =
+            all.into_iter().filter_map(|(name, time)| Some((name.to_owned(), time?))).collect();
+        times.extend(passes.into_iter().map(|(name, time)| (format!("GPU pass {name}"), time)));
         Ok(times)
     }
-}
-
-/// The median time of each pass in a capture of `--gpu-timings`, in seconds; passes that take no time are left out.
-fn passes_of(csv: &str) -> Times {
-    let mut passes: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for line in csv.lines().filter(|line| !line.starts_with('#')) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let [_, name, _, start, end] = cells[..] else { continue };
-        // The line of headings has no numbers.
-        if let (Ok(start), Ok(end)) = (start.parse::<u64>(), end.parse::<u64>()) {
-            passes.entry(name).or_default().push(end.saturating_sub(start) as f64 * 1e-9);
-        }
-    }
-    let medians = passes.into_iter().filter_map(|(name, mut times)| {
-        let time = median(&mut times).filter(|time| *time > 0.0)?;
-        Some((format!("GPU pass {name}"), time))
-    });
-    medians.collect()
 }
 
 #[cfg(all(test, unix))]

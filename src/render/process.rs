@@ -63,6 +63,15 @@ pub fn peak_memory_bytes() -> Option<u64> {
     Some(kib * 1024)
 }
 
+/// The name of this machine; `None` where the system does not tell one.
+pub fn machine_name() -> Option<String> {
+    #[cfg(unix)]
+    let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    #[cfg(not(unix))]
+    let name = std::env::var("COMPUTERNAME").unwrap_or_default();
+    Some(name).filter(|name| !name.trim().is_empty())
+}
+
 /// Prints a line on standard error. Unlike with `eprintln!`, a closed pipe is not an error: the picture is rendered whether or not messages
 /// are read.
 pub fn tell(text: &str) {

@@ -10,13 +10,17 @@ use std::process::Command;
 
 use pointillist::image::compare::Picture;
 use pointillist::image::exr::{self, Layers};
+use pointillist::regress::case_times::{CaseTimes, PassTime};
 use pointillist::regress::evidence::Evidence;
-use pointillist::regress::judgement::{JudgementLevel, judge};
+use pointillist::regress::judgement::{Judgement, JudgementLevel, judge};
 use pointillist::regress::report::{html, record};
 use pointillist::regress::run_report::{CaseReport, CaseVerdict, RunReport};
 
 /// Size of the pictures.
-const SIZE: (usize, usize) = (48, 32);
+const SIZE: [usize; 2] = [48, 32];
+
+/// Most bytes of the page for a case of 256×256 pixels: one that is green, and one that is changed. `src/regress/README.md` states them.
+const BYTES: [usize; 2] = [60_000, 150_000];
 
 /// A browser that runs without a window, or `None` if it need not be there.
 fn browser() -> Option<PathBuf> {
@@ -51,21 +55,33 @@ fn browse(browser: &Path, dir: &Path, page: &Path, options: &[&str]) -> [String;
     [out, errors]
 }
 
-/// Evidence of four renderings of a gradient with some noise, red times `red`.
-fn evidence(dir: &Path, name: &str, red: f32) -> Evidence {
+/// A number from −1 to 1 without any pattern: a hash (the finaliser of `MurmurHash3`).
+fn uniform(key: [u32; 3]) -> f32 {
+    let hash = key.iter().fold(0u32, |hash, word| {
+        let mut hash = (hash ^ word).wrapping_add(0x9e37_79b9);
+        for factor in [0x85eb_ca6b, 0xc2b2_ae35] {
+            hash = (hash ^ (hash >> 15)).wrapping_mul(factor);
+        }
+        hash ^ (hash >> 16)
+    });
+    (hash >> 8) as f32 / 8_388_608.0 - 1.0
+}
+
+/// Evidence of four renderings of a gradient with noise of up to the part `noisy`, red times `red`.
+fn evidence(dir: &Path, name: &str, [width, height]: [usize; 2], noisy: f32, red: f32) -> Evidence {
     let pictures: Vec<Picture> = (0..4u32)
         .map(|seed| {
             let path = dir.join(format!("{name}-{seed}.exr"));
-            let (width, height) = SIZE;
             let mut layers = Layers { width, height, ..Layers::default() };
             for (c, channel) in ["R", "G", "B"].into_iter().enumerate() {
                 let factor = if c == 0 { red } else { 1.0 };
                 layers.push(
                     channel,
                     (0..width * height).map(|i| {
-                        let noise = (i as u32 * 3 + c as u32 + 7919 * seed).wrapping_mul(2_654_435_761) >> 16;
+                        let noise =
+                            0.5 * (uniform([i as u32, seed, 3]) + uniform([i as u32, seed, c as u32]));
                         let gradient = (i % width) as f32 / width as f32 + 0.1 * c as f32 + 0.1;
-                        factor * gradient * (0.95 + 0.1 * noise as f32 / 65_536.0)
+                        factor * gradient * (1.0 + noisy * noise)
                     }),
                 );
             }
@@ -80,7 +96,7 @@ fn evidence(dir: &Path, name: &str, red: f32) -> Evidence {
 
 /// A run with a changed, an equal and a broken case, and its page beside the pictures.
 fn page(dir: &Path) -> (RunReport, String) {
-    let reference = evidence(dir, "reference", 1.0);
+    let reference = evidence(dir, "reference", SIZE, 0.05, 1.0);
     let level = JudgementLevel { false_alarm: 0.01, relative: 0.0 };
     let case = |name: &str, verdict: CaseVerdict, red: Option<f32>| CaseReport {
         name: name.into(),
@@ -90,7 +106,7 @@ fn page(dir: &Path) -> (RunReport, String) {
         command: vec!["pointillist".into(), "render".into(), format!("{name}.xml")],
         verdict,
         sentence: "A sentence.".into(),
-        judgement: red.map(|red| judge(&evidence(dir, name, red), &reference, level).unwrap()),
+        judgement: red.map(|red| judge(&evidence(dir, name, SIZE, 0.05, red), &reference, level).unwrap()),
         tolerance: "noise".into(),
         renderings: 4,
         spp: 16,
@@ -98,6 +114,11 @@ fn page(dir: &Path) -> (RunReport, String) {
         picture: red.map(|_| format!("{name}.exr").into()),
         reference: red.map(|_| dir.join("reference.exr")),
         log: red.is_none().then(|| "broken.log".into()),
+        times: Some(CaseTimes {
+            seconds: 0.06,
+            paths_per_trace_second: Some(5e5),
+            passes: vec![PassTime { name: "splat".into(), milliseconds: 1.5 }],
+        }),
         timing: None,
     };
     fs::write(dir.join("broken.log"), "the device was lost\n").unwrap();
@@ -107,6 +128,7 @@ fn page(dir: &Path) -> (RunReport, String) {
         started: "2026-11-29T22:00:00Z".into(),
         seconds: 2.0,
         false_alarm: 0.01,
+        fail_on_slower: None,
         cases: vec![
             case("equal", CaseVerdict::EqualWithinNoise, Some(1.0)),
             case("changed", CaseVerdict::Changed, Some(1.3)),
@@ -143,6 +165,30 @@ const USE: &str = "<script>\
         () => document.documentElement.setAttribute('data-decoded', images.length), (error) => failed(error.message));\
     </script></body>";
 
+/// Notes the lowest contrast of a text against its background, with the element. Labels on pictures have a ground of their own that lets the
+/// picture through, and are left out.
+const CONTRAST: &str = "<script>\
+    const linear = (c) => c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4;\
+    const luminance = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);\
+    const numbers = (color) => color.match(/[0-9.]+/g).map(Number);\
+    const ground = (element) => {\
+        for (let at = element; at; at = at.parentElement) {\
+            const color = numbers(getComputedStyle(at).backgroundColor);\
+            if (color.length < 4 || color[3] === 1) return color;\
+        }\
+        return [255, 255, 255];\
+    };\
+    let lowest = [99, 'none'];\
+    for (const element of document.querySelectorAll('main *')) {\
+        const has_text = [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());\
+        if (!has_text || element.closest('.side, svg')) continue;\
+        const pair = [numbers(getComputedStyle(element).color), ground(element)].map(luminance).sort((a, b) => b - a);\
+        const ratio = (pair[0] + 0.05) / (pair[1] + 0.05);\
+        if (ratio < lowest[0]) lowest = [ratio, element.tagName + '.' + element.className];\
+    }\
+    document.documentElement.setAttribute('data-contrast', lowest.join(' '));\
+    </script></body>";
+
 #[test]
 fn sliders_move_and_nothing_on_the_page_is_broken() {
     let Some(browser) = browser() else { return };
@@ -169,16 +215,60 @@ fn sliders_move_and_nothing_on_the_page_is_broken() {
     for case in &report.cases {
         assert!(dom.contains(&format!(">{}</a>", case.name)), "{}: {dom}", case.name);
     }
-    for part in ["the device was lost", "2026-11-29 22:00", "FLIP: how visible", "Largest: "] {
+    for part in ["the device was lost", "2026-11-29 22:00", "FLIP: how visible", "Largest: ", "GPU's passes"]
+    {
         assert!(dom.contains(part), "{part}: {dom}");
     }
 
+    // Light and dark, whatever the system prefers: every text is readable (WCAG 2.2, success criterion 1.4.3).
+    for (mode, media) in [("light", "(max-width: 1px)"), ("dark", "(min-width: 1px)")] {
+        let shown = text.replace("(prefers-color-scheme: dark)", media).replace("</body>", CONTRAST);
+        fs::write(&page, shown).unwrap();
+        let [dom, _] = browse(&browser, &dir, &page, &["--virtual-time-budget=5000", "--dump-dom"]);
+        let lowest = dom.split("data-contrast=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+        let (ratio, element) = lowest.split_once(' ').unwrap();
+        assert!(ratio.parse::<f64>().unwrap() >= 4.5, "{mode}: {ratio} of {element}");
+    }
+
+    fs::write(&page, &text).unwrap();
     let picture = dir.join("page.png");
     browse(&browser, &dir, &page, &[&format!("--screenshot={}", picture.display())]);
     let seen = image::open(&picture).unwrap().to_rgb8();
     assert_eq!(seen.width(), 1000);
     let colors: HashSet<[u8; 3]> = seen.pixels().map(|pixel| pixel.0).collect();
     assert!(colors.len() > 500, "{} colours: the page is blank", colors.len());
+}
+
+/// A page of many cases stays one that a browser opens at once.
+#[test]
+fn a_case_takes_little_of_the_page() {
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("regress_page_size");
+    let _ = fs::remove_dir_all(&dir);
+    fs::create_dir_all(&dir).unwrap();
+    let (mut report, _) = page(&dir);
+    // Noise of about a tenth of the picture in the mean of four renderings.
+    let [reference, now] =
+        [("reference", 1.0), ("noisy", 1.02)].map(|(name, red)| evidence(&dir, name, [256; 2], 0.35, red));
+    let judgement = judge(&now, &reference, JudgementLevel { false_alarm: 0.01, relative: 0.0 }).unwrap();
+    for case in &mut report.cases {
+        (case.picture, case.log) = (Some("noisy.exr".into()), None);
+        case.judgement = Some(Judgement { undecided: false, ..judgement.clone() });
+        case.reference = Some(dir.join("reference.exr"));
+    }
+    for run in 10..40 {
+        report.started = format!("2026-11-{}T22:{run}:00Z", run / 10 * 10);
+        record(&report, &dir).unwrap();
+    }
+    let length = |count: usize| {
+        let cases = report.cases.iter().take(count).cloned().collect();
+        html(&RunReport { cases, ..report.clone() }, &dir).unwrap().len()
+    };
+    let lengths = [0, 1, 2].map(length);
+    for (i, name) in ["a green case", "a changed case"].into_iter().enumerate() {
+        let bytes = lengths[i + 1] - lengths[i];
+        println!("{name}: {bytes} bytes");
+        assert!((10_000..BYTES[i]).contains(&bytes), "{name}: {bytes} bytes");
+    }
 }
 
 #[test]

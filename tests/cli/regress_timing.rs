@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::regress::{folder, prepare, regress, run, text, update};
+use crate::regress::{folder, prepare, regress, run, scene, text, update, write};
 
 /// A program of this shell script, in which `$report` and `$picture` are the files that it is to write.
 ///
@@ -101,4 +101,68 @@ fn a_program_that_fails_is_no_time() {
     let output = regress(&place, &["run", "--time-against", "/none/such"], 2);
     assert!(text(&output.stderr).contains("there is no such file"), "{}", text(&output.stderr));
     regress(&place, &["run", "--fail-on-slower", "10"], 2);
+}
+
+/// Every run says how long its renderings took, and each pass where there is a GPU.
+#[test]
+fn every_run_captures_times() {
+    for (name, device) in [("times_cpu", "devices = [\"cpu\"]"), ("times_gpu", "")] {
+        let place = folder(name);
+        let manifest =
+            format!("[defaults]\n{device}\nspp = 2\nmost_seeds = 8\n[[case]]\nscene = \"a.xml\"\n");
+        write(&place, "regress.toml", &manifest);
+        write(&place, "a.xml", &scene(0.5));
+        update(&place);
+        let junit = place.join("junit.xml");
+        let cases = run(&place, &["--junit", junit.to_str().unwrap()], 0);
+        let times = &cases[0]["times"];
+        for key in ["seconds", "paths_per_trace_second"] {
+            assert!(times[key].as_f64().unwrap() > 0.0, "{key}: {times}");
+        }
+        assert!(cases[0]["command"].as_array().unwrap().iter().all(|word| word != "--gpu-timings"));
+        let passes: Vec<Value> = times["passes"].as_array().cloned().unwrap_or_default();
+        assert!(passes.iter().all(|pass| pass["milliseconds"].as_f64().unwrap() > 0.0), "{times}");
+        let files = [junit, place.join("results/index.html"), place.join("results/history.jsonl")];
+        let [junit, page, history] = files.map(|file| std::fs::read_to_string(file).unwrap());
+        assert!(junit.contains("for a rendering"), "{junit}");
+        assert!(history.contains("paths_per_trace_second"), "{history}");
+        let has_splat = passes.iter().any(|pass| pass["name"] == "splat");
+        let is_gpu = device.is_empty();
+        assert_eq!(
+            [
+                has_splat,
+                junit.contains("GPU pass splat"),
+                page.contains("GPU's passes"),
+                history.contains("splat")
+            ],
+            [is_gpu; 4],
+            "{times}"
+        );
+    }
+}
+
+/// The times of shards make a merged run red as those of a whole run do.
+#[test]
+fn times_of_shards_are_joined() {
+    let place = one_case("timed_shards");
+    let report = r#"echo '{"paths_per_trace_second": 1e15, "seconds": {"render": 1e-9}}' > "$report""#;
+    let fast = program(&place, "fast", &format!(": > \"$picture\"; {report}"));
+    let [shard, joined, junit] =
+        ["shard", "joined", "junit.xml"].map(|name| place.join(name).display().to_string());
+    let merge = |more: &[&str], code: i32| {
+        let words = [&["merge", &shard, "--results", &joined, "--junit", &junit][..], more].concat();
+        let output = regress(&place, &words, code);
+        (text(&output.stderr), std::fs::read_to_string(&junit).unwrap())
+    };
+    run(&place, &against(&fast, &["--shard", "1/1", "--results", &shard]), 0);
+    let (_, xml) = merge(&[], 0);
+    assert!(xml.contains("failures=\"0\"") && xml.contains("fast: slower"), "{xml}");
+    let (told, xml) = merge(&["--fail-on-slower", "10", "--annotations", "github"], 1);
+    assert!(told.contains("certainly slower by more than 10 %: a"), "{told}");
+    assert!(xml.contains("failure type=\"slower\""), "{xml}");
+    // What was not timed is not passed over.
+    run(&place, &["--shard", "1/1", "--results", &shard, "--fresh"], 0);
+    merge(&[], 0);
+    let (told, xml) = merge(&["--fail-on-slower", "10"], 2);
+    assert!(told.contains("not timed: a") && xml.contains("error type=\"not timed\""), "{told}{xml}");
 }

@@ -181,6 +181,10 @@ pub struct RegressMergeArgs {
     #[arg(long = "case", value_name = "WORD")]
     pub cases: Vec<String>,
 
+    /// Exit code 1 if some time of a case is certainly longer by more than this, and 2 if a case has no times: of shards with --time-against.
+    #[arg(long, value_name = "PERCENT", help_heading = "Time", value_parser = percent)]
+    pub fail_on_slower: Option<f64>,
+
     /// Files of results.
     #[command(flatten)]
     pub outputs: RegressOutputs,

@@ -17,7 +17,7 @@ pub fn linear(shown: &DisplayImage, settings: &Settings) -> Grid<[f32; 3]> {
 
 /// Data URI of a display-linear picture; `None` if it has no pixels.
 pub fn uri(linear: &Grid<[f32; 3]>) -> Option<String> {
-    data_uri::displayed(linear, SIDE)
+    data_uri::displayed(linear, SIDE, data_uri::QUALITY)
 }
 
 /// Mean FLIP between two display-linear pictures, and its map as data URI; an error of 1 for pictures of different sizes.

@@ -3,30 +3,47 @@
 //! Format and escapes: `@actions/core`, `command.ts`, and GitHub's page *Workflow commands for GitHub Actions*.
 
 use super::wording;
-use crate::regress::run_report::{CaseVerdict, RunReport};
+use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::TimingVerdict;
 
-/// One command a line: an error for each changed or broken case, a warning for each undecided one, and the summary as a notice. The scene
+/// One command a line: an error for each changed or broken case, a warning for each undecided one; a warning for each case that is slower than
+/// with another program or could not be timed, which is an error if it makes the run red; and the summary as a notice. The scene
 /// files are named as seen from the folder in which the program was started, which should be that of the repository.
 pub fn annotations(report: &RunReport) -> String {
     let mut text = String::new();
     for case in report.cases.iter().filter(|case| wording::is_notable(case)) {
         let level = if case.verdict >= CaseVerdict::Changed { "error" } else { "warning" };
-        let path = report.folder.join(&case.scene).display().to_string();
-        let path = path.strip_prefix("./").unwrap_or(&path);
-        let title = format!("{}: {}", case.name, wording::verdict(case));
         let mut message = case.sentence.clone();
         if !case.command.is_empty() {
             message += &format!("\nTo repeat it: {}", wording::command(case));
         }
-        text +=
-            &format!("::{level} file={},title={}::{}\n", property(path), property(&title), data(&message));
+        text += &at_scene(report, case, level, &wording::verdict(case), &message);
     }
-    let summary: Vec<String> =
-        [Some(wording::counts(report)), Some(wording::false_alarm(report)), wording::power(report)]
-            .into_iter()
-            .flatten()
-            .collect();
+    for case in &report.cases {
+        let notable = |verdict| matches!(verdict, TimingVerdict::Slower | TimingVerdict::Untimed);
+        let Some(timing) = case.timing.as_ref().filter(|timing| notable(timing.verdict)) else { continue };
+        let level = if report.time_failure(case).is_some() { "error" } else { "warning" };
+        let message = format!("{}\nThe other program: {}", timing.sentence, timing.against.display());
+        text += &at_scene(report, case, level, timing.verdict.name(), &message);
+    }
+    let summary: Vec<String> = [
+        Some(wording::counts(report)),
+        Some(wording::false_alarm(report)),
+        wording::power(report),
+        wording::timed(report),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     text + &format!("::notice title={}::{}\n", property("Regression renders"), data(&summary.join("\n")))
+}
+
+/// A command that shows a message at the scene file of a case.
+fn at_scene(report: &RunReport, case: &CaseReport, level: &str, outcome: &str, message: &str) -> String {
+    let path = report.folder.join(&case.scene).display().to_string();
+    let path = path.strip_prefix("./").unwrap_or(&path);
+    let title = format!("{}: {outcome}", case.name);
+    format!("::{level} file={},title={}::{}\n", property(path), property(&title), data(message))
 }
 
 /// The message of a command.
@@ -43,6 +60,7 @@ fn property(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::regress::report::sample;
+    use crate::regress::timing::CaseTiming;
 
     #[test]
     fn changed_and_broken_cases_are_errors_at_their_scenes() {
@@ -65,6 +83,31 @@ mod tests {
             annotations(&report)
                 .contains("\n::warning file=tests/regress/scenes/prism.xml,title=prism%3A equal")
         );
+    }
+
+    #[test]
+    fn slower_cases_are_warnings_and_errors_on_request() {
+        let mut report = sample::report();
+        report.cases[1].timing = Some(sample::slower());
+        report.cases[3].timing = Some(CaseTiming::failed(["other", ""], "It failed.".into()));
+        let text = annotations(&report);
+        let lines: Vec<&str> = text.lines().collect();
+        let prism = "file=tests/regress/scenes/prism.xml,title=prism%3A slower::slower: rendering +30";
+        assert!(lines[2].starts_with(&format!("::warning {prism}")), "{text}");
+        assert!(lines[2].ends_with("The other program: <other>"), "{text}");
+        assert!(
+            lines[3]
+                .starts_with("::warning file=tests/regress/scenes/mirror.xml,title=mirror%3A not timed::It")
+        );
+        assert!(
+            lines[4].contains("Times of 2 cases against another program: 1 slower and 1 not timed."),
+            "{text}"
+        );
+        report.fail_on_slower = Some(10.0);
+        let text = annotations(&report);
+        assert!(text.contains(&format!("\n::error {prism}")) && !text.contains("::warning"), "{text}");
+        report.fail_on_slower = Some(50.0);
+        assert!(annotations(&report).contains(&format!("\n::warning {prism}")));
     }
 
     #[test]

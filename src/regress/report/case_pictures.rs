@@ -1,7 +1,11 @@
 //! The pictures of a case for the page: displayed, and the maps of their difference.
+//!
+//! Cases that a reader has to look at are shown in full, and all others small, so that a page of 100 cases stays one that a browser opens
+//! at once.
 
 use std::path::{Path, PathBuf};
 
+use super::wording;
 use crate::client::{Settings, develop};
 use crate::color::palette;
 use crate::image::compare::{PIXELS_PER_DEGREE, flip, worst};
@@ -10,8 +14,14 @@ use crate::regress::evidence::Evidence;
 use crate::regress::judgement::signed_z;
 use crate::regress::run_report::{CaseReport, CaseVerdict};
 
-/// Longest side of a picture on the page, in pixels.
+/// Longest side of a picture of a case that is changed, broken or undecided, in pixels.
 const SIDE: usize = 512;
+/// Longest side of a picture of any other case.
+const GREEN: usize = 192;
+/// JPEG quality, with chroma at full resolution: what differs is in the maps, which are made of the pictures themselves.
+const QUALITY: u8 = 85;
+/// Steps of a FLIP map from 0 to 1.
+const FLIP_STEPS: f32 = 32.0;
 /// Longest side in the table of cases.
 const SMALL: usize = 96;
 
@@ -31,6 +41,8 @@ pub struct CasePictures {
     pub flip: Option<(String, f64)>,
     /// Map of the signed z values, and the one of largest magnitude with its pixel.
     pub z: Option<SignedZMap>,
+    /// Each pixel of a picture shown stands for so many in each direction; 0 without a picture.
+    pub step: usize,
     /// Why something is not shown, in sentences.
     pub problems: Vec<String>,
 }
@@ -52,8 +64,10 @@ impl CasePictures {
         let now = now.and_then(|path| shown.said("The picture of this run", evidence(&path)));
         let Some(now) = now else { return shown };
         let displayed = display(&now);
-        shown.thumbnail = data_uri::displayed(&displayed, SMALL);
-        shown.picture = data_uri::displayed(&displayed, SIDE);
+        let side = if wording::is_notable(case) { SIDE } else { GREEN };
+        shown.step = displayed.step(side);
+        shown.thumbnail = data_uri::displayed(&displayed, SMALL, QUALITY);
+        shown.picture = data_uri::displayed(&displayed, side, QUALITY);
         if case.verdict == CaseVerdict::SameBits {
             return shown;
         }
@@ -61,16 +75,16 @@ impl CasePictures {
         let reference = reference.and_then(|path| shown.said("The reference", evidence(&path)));
         let Some(reference) = reference else { return shown };
         let displayed_reference = display(&reference);
-        shown.reference = data_uri::displayed(&displayed_reference, SIDE);
+        shown.reference = data_uri::displayed(&displayed_reference, side, QUALITY);
         let seen = flip(&displayed, &displayed_reference, PIXELS_PER_DEGREE);
         if let Some(seen) = shown.said("The FLIP map", seen) {
             let mean = |square: &[f32]| square.iter().sum::<f32>() / square.len() as f32;
-            let map = data_uri::false_colors(&seen.map.reduced(SIDE, mean), palette::color);
+            let map = data_uri::false_colors(&seen.map.reduced(side, mean), flip_color);
             shown.flip = map.map(|map| (map, seen.mean));
         }
         if let Some(z) = shown.said("The map of z values", signed_z(&now, &reference)) {
             let largest = worst(&z).map(|worst| (worst.value, [worst.x, worst.y]));
-            let map = data_uri::false_colors(&z.reduced(SIDE, strongest), z_color);
+            let map = data_uri::false_colors(&z.reduced(side, strongest), z_color);
             shown.z = map.map(|uri| SignedZMap { uri, largest });
         }
         shown
@@ -80,6 +94,11 @@ impl CasePictures {
     fn said<T>(&mut self, what: &str, result: Result<T, ImageError>) -> Option<T> {
         result.map_err(|error| self.problems.push(format!("{what} cannot be shown: {error}."))).ok()
     }
+}
+
+/// The colour of a FLIP value, in steps for the same reason as [`z_color`].
+pub fn flip_color(flip: f32) -> [u8; 3] {
+    palette::color((FLIP_STEPS * flip).round() / FLIP_STEPS)
 }
 
 /// The colour of a z value: steps of half a standard error, so that noise takes little room in the file.
@@ -127,6 +146,7 @@ mod tests {
         assert_eq!(z_color(f32::NAN), NOTHING);
         assert_eq!((z_color(0.2), z_color(-40.0)), (palette::signed(0.0), palette::signed(-1.0)));
         assert_eq!(z_color(f32::INFINITY), palette::signed(1.0));
+        assert_eq!((flip_color(f32::NAN), flip_color(0.51)), (NOTHING, palette::color(0.5)));
     }
 
     #[test]

@@ -5,23 +5,17 @@ use std::path::{Path, PathBuf};
 
 use maud::{Markup, html};
 
-use super::case_pictures::{CasePictures, STRONGEST_Z, SignedZMap, located, z_color};
-use super::history::{PastCase, PastRun, RunHistory};
+use super::case_pictures::{CasePictures, STRONGEST_Z, SignedZMap, flip_color, located, z_color};
+use super::course::{course, verdict_class};
+use super::history::RunHistory;
 use super::{timing_section, wording};
-use crate::color::palette;
 use crate::image::ImageError;
 use crate::regress::judgement::{JudgedTest, Judgement};
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
-use crate::study::Interval;
-use crate::study::format::{increase, seconds_of, significant};
-use crate::study::interval::Z90;
-use crate::study::pages::chart::{
-    BarChart, BarMark, BarPanel, BarRow, MethodStyle, PLAIN, percent_label, shortened, tick_label,
-};
-use crate::study::pages::parts::{bars, cell, command, details, listing, maybe};
+use crate::study::format::seconds_of;
+use crate::study::pages::chart::shortened;
+use crate::study::pages::parts::{cell, command, details, listing, maybe};
 
-/// Most runs in the chart of a case.
-const RUNS: usize = 30;
 /// Lines of the log that are shown.
 const LOG_LINES: usize = 30;
 /// Bytes of the log's end that are read for them.
@@ -56,13 +50,7 @@ pub fn name(case: &CaseReport) -> String {
 
 /// The verdict in its colour.
 pub fn badge(case: &CaseReport) -> Markup {
-    let class = match case.verdict {
-        CaseVerdict::Broken => "v-broken",
-        CaseVerdict::Changed => "v-changed",
-        _ if wording::is_undecided(case) => "v-undecided",
-        CaseVerdict::EqualWithinNoise => "v-equal",
-        CaseVerdict::SameBits => "v-same",
-    };
+    let class = if wording::is_undecided(case) { "v-undecided" } else { verdict_class(case.verdict) };
     html! { span class={ "badge " (class) } { (wording::verdict(case)) } }
 }
 
@@ -83,20 +71,20 @@ fn maps(case: &CaseReport, pictures: &CasePictures) -> Markup {
             @match (&pictures.picture, &pictures.reference) {
                 (Some(now), Some(reference)) => { (slider(&case, now, reference)) }
                 (Some(now), None) => {
-                    figure { img src=(now) alt={ (case) ", this run" }; figcaption { "This run." } }
+                    figure { img src=(now) alt={ (case) ", this run" } decoding="async"; figcaption { "This run." } }
                 }
                 (None, _) => {}
             }
             @if let Some((map, mean)) = &pictures.flip {
                 figure {
-                    img src=(map) alt={ (case) ", FLIP map of this run against the reference" };
-                    (scale("0", "1", palette::color))
+                    img src=(map) alt={ (case) ", FLIP map of this run against the reference" } decoding="async";
+                    (scale("0", "1", flip_color))
                     figcaption { "FLIP: how visible the difference is when both alternate; mean " (wording::number(*mean)) "." }
                 }
             }
             @if let Some(SignedZMap { uri: map, largest }) = &pictures.z {
                 figure {
-                    img src=(map) alt={ (case) ", map of the difference in standard errors" };
+                    img src=(map) alt={ (case) ", map of the difference in standard errors" } decoding="async";
                     (scale(&format!("−{STRONGEST_Z}"), &format!("+{STRONGEST_Z}"), |at| z_color((2.0 * at - 1.0) * STRONGEST_Z)))
                     figcaption {
                         "z: difference of luminance over its standard error, red where this run is brighter, blue where it is darker, teal "
@@ -104,6 +92,11 @@ fn maps(case: &CaseReport, pictures: &CasePictures) -> Markup {
                         @if let Some((z, [x, y])) = largest { " Largest: " (wording::number(f64::from(*z))) " at pixel " (x) "," (y) "." }
                     }
                 }
+            }
+        }
+        @if pictures.step > 1 {
+            p.dim {
+                "Each pixel shown stands for " (pictures.step) " × " (pictures.step) " of the picture: their mean, and of z the value of largest magnitude."
             }
         }
     }
@@ -114,8 +107,8 @@ fn slider(case: &str, now: &str, reference: &str) -> Markup {
     html! {
         figure {
             div.ab {
-                img.then src=(reference) alt={ (case) ", reference" };
-                img.now src=(now) alt={ (case) ", this run" };
+                img.then src=(reference) alt={ (case) ", reference" } decoding="async";
+                img.now src=(now) alt={ (case) ", this run" } decoding="async";
                 input type="range" min="0" max="100" value="50" aria-label={ "Boundary between this run and the reference of " (case) };
                 span.line aria-hidden="true" {}
                 span.now.side aria-hidden="true" { "this run" }
@@ -160,55 +153,6 @@ fn statistics(judgement: &Judgement) -> Markup {
     }
 }
 
-/// Brightness and time from run to run.
-fn course(case: &CaseReport, history: &RunHistory) -> Markup {
-    let past: Vec<(&PastRun, &PastCase)> = history.of_case(&case.name).collect();
-    let past = &past[past.len().saturating_sub(RUNS)..];
-    let channel = case.judgement.as_ref().and_then(wording::largest_change).map_or(1, |(channel, _)| channel);
-    let chart = BarChart {
-        label: format!("{}: brightness and time from run to run", name(case)),
-        panels: vec![
-            BarPanel::new(
-                format!("brightness, {}", wording::CHANNELS[channel]),
-                BarMark::Bar,
-                |x| percent_label(100.0 * x),
-                |i| increase(&i.map(|x| 1.0 + x)).main,
-            ),
-            BarPanel::new("time in seconds", BarMark::Bar, tick_label, |i| significant(i.value, 3)),
-        ],
-        rows: past.iter().map(|(run, case)| row(run, case, channel)).collect(),
-    };
-    let devices: Vec<&str> = past.iter().map(|(_, case)| case.device.as_str()).collect();
-    let other = devices.iter().any(|device| *device != case.device);
-    let caption = format!(
-        "Change of brightness against the reference of each run with its 90 % interval, and time of all renderings.{} Dates are UTC.",
-        if other { " Some runs were on another device or driver." } else { "" }
-    );
-    html! {
-        h3 { "From run to run" }
-        @if past.len() < 2 { p.dim { "The history of this case begins with this run." } }
-        @else { (bars(&chart, &caption)) }
-    }
-}
-
-fn row(run: &PastRun, case: &PastCase, channel: usize) -> BarRow {
-    let change = case.brightness[channel].map(|ratio| {
-        let (change, half) = (ratio - 1.0, Z90 * case.standard_error[channel].unwrap_or(0.0));
-        Interval { value: change, low: change - half, high: change + half }
-    });
-    let style = match case.verdict {
-        CaseVerdict::Broken => MethodStyle { class: "n0", hollow: true, ..PLAIN },
-        CaseVerdict::Changed => MethodStyle { class: "m1", ..PLAIN },
-        CaseVerdict::EqualWithinNoise => PLAIN,
-        CaseVerdict::SameBits => MethodStyle { class: "m2", ..PLAIN },
-    };
-    // Date and time to the minute.
-    let date = run.date.replace('T', " ").chars().take("2026-11-30 22:05".len()).collect::<String>();
-    let name =
-        if case.verdict >= CaseVerdict::Changed { format!("{date} {}", case.verdict.name()) } else { date };
-    BarRow { group: None, name, style, values: vec![change, Some(Interval::exact(case.seconds))] }
-}
-
 /// How the case was rendered, and the command that repeats it.
 fn origin(case: &CaseReport) -> Markup {
     let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
@@ -220,7 +164,8 @@ fn origin(case: &CaseReport) -> Markup {
             "Renderings",
             Some(format!("{} of {} samples per pixel, other seeds each", case.renderings, case.spp)),
         ),
-        ("Time", Some(seconds_of(case.seconds))),
+        ("Time of all", Some(seconds_of(case.seconds))),
+        ("Time of each", case.times.as_ref().map(timing_section::of_renderings)),
         ("Tolerance", Some(case.tolerance.clone())),
         ("Picture", path(&case.picture)),
         ("Reference", path(&case.reference)),
@@ -285,25 +230,5 @@ mod tests {
         assert!(end.ends_with("line 19999") && !end.contains('\u{1b}'), "{end}");
         let missing = log_end(&sample::changed(), &folder.path().join("none.log")).into_string();
         assert!(missing.contains("The log cannot be shown: cannot read"), "{missing}");
-    }
-
-    #[test]
-    fn the_course_begins_with_the_second_run() {
-        let case = sample::changed();
-        let report = sample::report();
-        let folder = tempfile::tempdir().expect("a folder");
-        let mut history = RunHistory::with(&report, folder.path()).expect("a history");
-        assert!(course(&case, &history).into_string().contains("begins with this run"));
-        let mut earlier = history.runs[0].clone();
-        earlier.date = "2026-11-29T10:00:00Z".into();
-        earlier.cases[0].verdict = CaseVerdict::EqualWithinNoise;
-        earlier.cases[0].brightness[0] = Some(0.9991);
-        earlier.cases[0].device = "another".into();
-        history.runs.insert(0, earlier);
-        let text = course(&case, &history).into_string();
-        for part in ["2026-11-29 10:00", "2026-11-30 22:05 changed", "brightness, red", "another device"] {
-            assert!(text.contains(part), "{part}: {text}");
-        }
-        assert!(text.contains("+0.5") && text.contains("−0.0"), "{text}");
     }
 }

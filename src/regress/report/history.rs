@@ -7,7 +7,9 @@ use miette::IntoDiagnostic;
 use serde::{Deserialize, Serialize};
 
 use crate::image::{ImageError, write};
+use crate::regress::case_times::CaseTimes;
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::{CaseTiming, TimedFigure, TimingVerdict};
 use crate::render::process::tell;
 
 /// One run. Field names are JSON keys.
@@ -38,6 +40,23 @@ pub struct PastCase {
     pub p_value: Option<f64>,
     /// Wall clock of its renderings.
     pub seconds: f64,
+    /// Times of its renderings. Lines of earlier versions have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<CaseTimes>,
+    /// How they compare with those of another program, if that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timing: Option<PastTiming>,
+}
+
+/// Times of a case against those of another program. Field names are JSON keys.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PastTiming {
+    /// Hash of the other program's file.
+    pub against_hash: String,
+    /// The outcome.
+    pub verdict: TimingVerdict,
+    /// Ratios of the times with their intervals.
+    pub figures: Vec<TimedFigure>,
 }
 
 /// The runs of a folder of results.
@@ -152,8 +171,28 @@ impl PastCase {
             standard_error: channels(1),
             p_value: case.judgement.as_ref().and_then(|j| finite(j.p_value)),
             seconds: finite(case.seconds).unwrap_or(0.0),
+            times: case.times.clone().filter(is_finite),
+            timing: case.timing.as_ref().map(PastTiming::of),
         }
     }
+}
+
+impl PastTiming {
+    fn of(timing: &CaseTiming) -> Self {
+        let is_finite =
+            |figure: &&TimedFigure| figure.seconds.iter().chain(&figure.certain).all(|x| x.is_finite());
+        Self {
+            against_hash: timing.against_hash.clone(),
+            verdict: timing.verdict,
+            figures: timing.figures.iter().filter(is_finite).cloned().collect(),
+        }
+    }
+}
+
+/// JSON has no other numbers.
+fn is_finite(times: &CaseTimes) -> bool {
+    let passes = times.passes.iter().map(|pass| pass.milliseconds);
+    passes.chain(times.paths_per_trace_second).chain([times.seconds]).all(f64::is_finite)
 }
 
 #[cfg(test)]
@@ -189,6 +228,29 @@ mod tests {
         assert_eq!(history.of_case("none").count(), 0);
         report.started = "2026-12-02T08:00:00Z".into();
         assert_eq!(RunHistory::with(&report, results.path()).expect("read").runs.len(), 3);
+    }
+
+    #[test]
+    fn times_are_recorded_and_lines_without_them_are_read() {
+        let results = tempfile::tempdir().expect("a folder");
+        let mut report = sample::report();
+        record(&report, results.path()).expect("recorded");
+        assert!(!std::fs::read_to_string(file(results.path())).expect("a file").contains("times"));
+        report.started = "2026-12-01T08:00:00Z".into();
+        report.cases[0].times = Some(sample::times());
+        report.cases[0].timing = Some(sample::slower());
+        report.cases[1].times = Some(CaseTimes { seconds: f64::NAN, ..sample::times() });
+        record(&report, results.path()).expect("recorded");
+        report.started = "2026-12-02T08:00:00Z".into();
+        let history = RunHistory::with(&report, results.path()).expect("read");
+        assert!(history.runs.len() == 3 && history.damaged.is_empty(), "{history:?}");
+        let of = |name| history.of_case(name).map(|(_, case)| case.clone()).collect::<Vec<_>>();
+        let cornell = of("cornell");
+        assert_eq!((&cornell[0].times, &cornell[0].timing), (&None, &None));
+        assert_eq!(cornell[1].times, Some(sample::times()));
+        let timing = cornell[1].timing.as_ref().expect("times against another program");
+        assert_eq!((timing.verdict, &timing.figures), (TimingVerdict::Slower, &sample::slower().figures));
+        assert!(of("prism").iter().all(|case| case.times.is_none()));
     }
 
     #[test]

@@ -1,14 +1,17 @@
 //! JUnit XML, as CI servers read it.
 //!
 //! The file keeps to what the schemas of Ant (windyroad's `JUnit.xsd`) and Jenkins (`junit-10.xsd`) have in common with what GitLab reads: a
-//! device is a `testsuite` with its `properties`, since a `testcase` may have none.
+//! device is a `testsuite` with its `properties`, since a `testcase` may have none. So the times of a case stand in its `system-out`.
 
 use maud::{Markup, PreEscaped, html};
 
-use super::wording;
+use super::{timing_section, wording};
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::TimingVerdict;
+use crate::render::process::machine_name;
 
-/// The report as JUnit XML: a failure for a changed case, an error for a broken one.
+/// The report as JUnit XML: a failure for a changed case, and for a slower one if that makes the run red; an error for a broken one, and for
+/// one that could not be timed if that does.
 pub fn junit(report: &RunReport) -> String {
     let all: Vec<&CaseReport> = report.cases.iter().collect();
     let mut devices: Vec<&str> = Vec::new();
@@ -23,8 +26,8 @@ pub fn junit(report: &RunReport) -> String {
     });
     let root = html! {
         (PreEscaped("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"))
-        testsuites name="pointillist regress" tests=(all.len()) failures=(count(&all, CaseVerdict::Changed))
-            errors=(count(&all, CaseVerdict::Broken)) time=(seconds(report.seconds)) {
+        testsuites name="pointillist regress" tests=(all.len()) failures=(count(report, &all, Red::Failure))
+            errors=(count(report, &all, Red::Error)) time=(seconds(report.seconds)) {
             @for suite in suites { (suite) }
             "\n"
         }
@@ -36,6 +39,7 @@ fn suite(report: &RunReport, id: usize, device: &str, cases: &[&CaseReport]) -> 
     let name = if device.is_empty() { "no device" } else { device };
     // The schema wants neither fractions of a second nor a time zone: all times are UTC.
     let timestamp: String = xml(&report.started).chars().take("2026-11-30T22:05:07".len()).collect();
+    let host = machine_name().unwrap_or_else(|| "localhost".into());
     let properties = [
         ("device", xml(name)),
         ("version", xml(&report.version)),
@@ -43,30 +47,53 @@ fn suite(report: &RunReport, id: usize, device: &str, cases: &[&CaseReport]) -> 
     ];
     html! {
         "\n"
-        testsuite id=(id) package="regress" name=(xml(name)) timestamp=(timestamp) hostname="localhost" tests=(cases.len())
-            failures=(count(cases, CaseVerdict::Changed)) errors=(count(cases, CaseVerdict::Broken)) skipped="0"
+        testsuite id=(id) package="regress" name=(xml(name)) timestamp=(timestamp) hostname=(xml(&host)) tests=(cases.len())
+            failures=(count(report, cases, Red::Failure)) errors=(count(report, cases, Red::Error)) skipped="0"
             time=(seconds(cases.iter().map(|case| case.seconds).filter(|s| s.is_finite()).sum())) {
             properties { @for (name, value) in &properties { property name=(name) value=(value) {} } }
-            @for case in cases { (test_case(case)) }
+            @for case in cases { (test_case(report, case)) }
             system-out {} system-err {}
         }
     }
 }
 
-fn test_case(case: &CaseReport) -> Markup {
+/// What makes a case red: one element, as the schemas allow no more.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Red {
+    Failure,
+    Error,
+}
+
+/// Whether a case is red, with the type and the message of the element that says so. The picture comes before the times.
+fn red<'a>(report: &RunReport, case: &'a CaseReport) -> Option<(Red, &'static str, &'a str)> {
+    let timing = case.timing.as_ref().map_or("", |timing| timing.sentence.as_str());
+    match (case.verdict, report.time_failure(case)) {
+        (CaseVerdict::Broken, _) => Some((Red::Error, "broken", case.sentence.as_str())),
+        (CaseVerdict::Changed, _) => Some((Red::Failure, "changed", case.sentence.as_str())),
+        (_, Some(TimingVerdict::Untimed)) => Some((Red::Error, "not timed", timing)),
+        (_, Some(_)) => Some((Red::Failure, "slower", timing)),
+        (_, None) => None,
+    }
+}
+
+fn test_case(report: &RunReport, case: &CaseReport) -> Markup {
     // Servers show the words between dots as folders.
     let class = case.scene.with_extension("").display().to_string();
     let class = class.trim_start_matches(['.', '/']).replace('.', "_").replace(['/', '\\'], ".");
-    let sentence = xml(&case.sentence);
+    let out = format!("{}: {}\n{}", wording::verdict(case), case.sentence, timing_section::all_lines(case));
     html! {
         "\n"
         testcase name=(xml(&case.name)) classname=(xml(&class)) time=(seconds(case.seconds)) {
-            @match case.verdict {
-                CaseVerdict::Changed => { failure type="changed" message=(sentence) { (xml(&details(case))) } }
-                CaseVerdict::Broken => { error type="broken" message=(sentence) { (xml(&details(case))) } }
-                CaseVerdict::EqualWithinNoise | CaseVerdict::SameBits => {}
+            @match red(report, case) {
+                Some((Red::Failure, kind, message)) => {
+                    failure type=(kind) message=(xml(message)) { (xml(&details(case))) }
+                }
+                Some((Red::Error, kind, message)) => {
+                    error type=(kind) message=(xml(message)) { (xml(&details(case))) }
+                }
+                None => {}
             }
-            system-out { (xml(&format!("{}: {}\n", wording::verdict(case), case.sentence))) }
+            system-out { (xml(&out)) }
         }
     }
 }
@@ -83,12 +110,15 @@ fn details(case: &CaseReport) -> String {
             text += &format!("{}: {statistic}, p {p}{place}\n", test.name);
         }
     }
+    if let Some(timing) = &case.timing {
+        text += &timing_section::against(timing);
+    }
     text += &format!("method {}, device {}\n", case.method, case.device);
     text + &format!("to repeat: {}\n", wording::command(case))
 }
 
-fn count(cases: &[&CaseReport], verdict: CaseVerdict) -> usize {
-    cases.iter().filter(|case| case.verdict == verdict).count()
+fn count(report: &RunReport, cases: &[&CaseReport], kind: Red) -> usize {
+    cases.iter().filter(|case| red(report, case).is_some_and(|(known, ..)| known == kind)).count()
 }
 
 /// A decimal number: the schema takes no exponents.
@@ -107,6 +137,7 @@ mod tests {
 
     use super::*;
     use crate::regress::report::sample;
+    use crate::regress::timing::CaseTiming;
 
     /// Attributes that the schemas allow; the first ones they require.
     const SUITE: (&[&str], &[&str]) = (
@@ -229,14 +260,57 @@ mod tests {
     }
 
     #[test]
+    fn times_are_told_and_red_only_on_request() {
+        let mut report = sample::report();
+        for case in &mut report.cases {
+            (case.times, case.timing) = (Some(sample::times()), Some(sample::slower()));
+        }
+        report.cases[3].timing = Some(CaseTiming::failed(["other", ""], "It & failed.".into()));
+        let outcomes = |report: &RunReport| -> Vec<(String, String)> {
+            let text = junit(report);
+            check(&text);
+            let tree = Document::parse(&text).expect("XML");
+            let red = tree.descendants().filter(|n| n.has_tag_name("failure") || n.has_tag_name("error"));
+            let attribute = |n: Node<'_, '_>, name: &str| n.attribute(name).unwrap_or_default().to_owned();
+            red.map(|n| (attribute(n, "type"), attribute(n, "message"))).collect()
+        };
+        let kinds =
+            |report: &RunReport| outcomes(report).into_iter().map(|(kind, _)| kind).collect::<Vec<_>>();
+        assert_eq!(kinds(&report), ["changed", "broken"]);
+        report.fail_on_slower = Some(50.0);
+        assert_eq!(kinds(&report), ["changed", "broken", "not timed"]);
+        report.fail_on_slower = Some(10.0);
+        // A changed case is red for its picture; what its times say is among the details.
+        assert_eq!(kinds(&report), ["changed", "slower", "broken", "not timed"]);
+        let all = outcomes(&report);
+        assert!(all[1].1.starts_with("slower: rendering +30") && all[3].1 == "It & failed.", "{all:?}");
+        let text = junit(&report);
+        for part in ["GPU pass splat: 1.5 ms", "time against &lt;other&gt;: slower", "0.25 s for a rendering"]
+        {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        if let Some(name) = machine_name() {
+            let tree = Document::parse(&text).expect("XML");
+            let suite = tree.descendants().find(|n| n.has_tag_name("testsuite"));
+            assert_eq!(suite.and_then(|n| n.attribute("hostname")), Some(name.as_str()));
+        }
+    }
+
+    #[test]
     fn no_text_breaks_the_file() {
         let mut report = sample::report();
+        report.fail_on_slower = Some(0.0);
         report.version = sample::HOSTILE.into();
         for (i, case) in report.cases.iter_mut().enumerate() {
             (case.name, case.sentence) = (format!("{i}{}", sample::HOSTILE), sample::HOSTILE.into());
             (case.device, case.method) = (sample::HOSTILE.into(), sample::HOSTILE.into());
             case.command = vec![sample::HOSTILE.into()];
             case.scene = sample::HOSTILE.into();
+            let mut times = sample::times();
+            times.passes[0].name = sample::HOSTILE.into();
+            (times.seconds, times.passes[0].milliseconds) = (f64::NAN, f64::INFINITY);
+            case.times = Some(times);
+            case.timing = Some(CaseTiming::failed([sample::HOSTILE; 2], sample::HOSTILE.into()));
             case.seconds = [f64::NAN, f64::INFINITY, 1e-9, 1e9][i];
         }
         check(&junit(&report));

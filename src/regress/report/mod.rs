@@ -4,8 +4,8 @@
 //! |---|---|
 //! | `terminal.rs` | table and sentences for the terminal |
 //! | `junit.rs`, `annotations.rs` | JUnit XML; workflow commands of GitHub Actions |
-//! | `page.rs`, `case_section.rs`, `case_pictures.rs` | one self-contained HTML page: summary and table; the section of a case; its pictures and maps |
-//! | `timing_section.rs` | times against another program, on terminal and page |
+//! | `page.rs`, `case_section.rs`, `case_pictures.rs`, `course.rs` | one self-contained HTML page: summary and table; the section of a case; its pictures and maps; what earlier runs found |
+//! | `timing_section.rs` | times of a case, and against another program: lines of text, and parts of the page |
 //! | `history.rs` | what earlier runs found, a line each in `history.jsonl` of the folder of results |
 //! | `wording.rs` | sentences and numbers that all of them share |
 //!
@@ -15,6 +15,7 @@
 mod annotations;
 mod case_pictures;
 mod case_section;
+mod course;
 mod history;
 mod junit;
 mod page;

@@ -7,7 +7,7 @@ use maud::{Markup, PreEscaped, html};
 use super::case_pictures::CasePictures;
 use super::case_section::{badge, name, section};
 use super::history::{self, RunHistory};
-use super::wording;
+use super::{timing_section, wording};
 use crate::image::ImageError;
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
 use crate::study::format::seconds_of;
@@ -51,6 +51,7 @@ pub fn html(report: &RunReport, results: &Path) -> Result<String, ImageError> {
             header { h1 { "Regression renders of " (folder) } p.dim { (subtitle(report)) } }
             (summary(report, &history, results))
             (table(&cases))
+            p.dim { (timing_section::NEVER_JUDGED) }
             @for ShownCase { case, id, pictures } in &cases { (section(case, id, pictures, &history, report, results)) }
         }
         script { (PreEscaped(SCRIPT)) }
@@ -83,6 +84,7 @@ fn summary(report: &RunReport, history: &RunHistory, results: &Path) -> Markup {
                 li { (wording::counts(report)) }
                 li { (wording::false_alarm(report)) }
                 @if let Some(power) = wording::power(report) { li { (power) } }
+                @if let Some(timed) = wording::timed(report) { li { (timed) } }
                 @if undecided > 0 {
                     li.warn { "Undecided within the budget, which more renderings would change: " (undecided) " of these." }
                 }
@@ -99,7 +101,9 @@ fn table(cases: &[ShownCase<'_>]) -> Markup {
         &[
             ("Case", &|shown| html! { a href={ "#" (shown.id) } { (name(shown.case)) } }),
             ("picture", &|shown| match &shown.pictures.thumbnail {
-                Some(uri) => html! { img.small src=(uri) alt={ (name(shown.case)) ", this run, small" }; },
+                Some(uri) => {
+                    html! { img.small src=(uri) alt={ (name(shown.case)) ", this run, small" } decoding="async"; }
+                }
                 None => cell("—"),
             }),
             ("verdict", &|shown| badge(shown.case)),
@@ -147,6 +151,7 @@ mod tests {
             "llvmpipe (LLVM 15.0.6, 256 bits), Mesa 22.3.6",
             "prefers-color-scheme: dark",
             "begins with this run",
+            "shown and never judged",
         ] {
             at(part);
         }
@@ -179,6 +184,10 @@ mod tests {
                     (sample::HOSTILE.into(), sample::HOSTILE.into(), sample::HOSTILE.into());
                 (case.scene, case.command) = (sample::HOSTILE.into(), vec![sample::HOSTILE.into()]);
                 case.seconds = bad;
+                let mut times = sample::times();
+                times.passes[1].name = sample::HOSTILE.into();
+                (times.seconds, times.paths_per_trace_second) = (bad, Some(bad));
+                (times.passes[0].milliseconds, case.times) = (bad, Some(times));
                 if let Some(judgement) = &mut case.judgement {
                     judgement.brightness = [[bad, 1.0], [1.0, bad], [bad; 2]];
                     (judgement.p_value, judgement.detectable, judgement.detectable_area) = (bad, bad, bad);

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use crate::regress::case_times::{CaseTimes, PassTime};
 use crate::regress::judgement::{JudgedTest, Judgement};
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::{CaseTiming, TimedFigure};
 
 fn case(name: &str, verdict: CaseVerdict, sentence: &str, judgement: Option<Judgement>) -> CaseReport {
     CaseReport {
@@ -22,6 +24,7 @@ fn case(name: &str, verdict: CaseVerdict, sentence: &str, judgement: Option<Judg
         picture: None,
         reference: None,
         log: None,
+        times: None,
         timing: None,
     }
 }
@@ -46,6 +49,22 @@ fn judgement(red: [f64; 2], p_value: f64, changed: bool, detectable: f64) -> Jud
     }
 }
 
+/// Times of renderings, with two passes of a GPU.
+pub fn times() -> CaseTimes {
+    let pass = |name: &str, milliseconds| PassTime { name: name.into(), milliseconds };
+    CaseTimes {
+        seconds: 0.25,
+        paths_per_trace_second: Some(614_000.0),
+        passes: vec![pass("fold", 0.125), pass("splat", 1.5)],
+    }
+}
+
+/// A case that became slower by 30 % in its rendering.
+pub fn slower() -> CaseTiming {
+    let figure = TimedFigure::of_pairs("rendering", &[[1.3, 1.0]; 5], 0.01);
+    CaseTiming::of_figures(["<other>", "1234"], 5, figure.into_iter().collect(), &[])
+}
+
 /// A case whose red became brighter by 0.5 %.
 pub fn changed() -> CaseReport {
     let judgement = judgement([1.005, 6e-4], 2e-9, true, 0.002);
@@ -61,6 +80,7 @@ pub fn report() -> RunReport {
         started: "2026-11-30T22:05:07Z".into(),
         seconds: 5.5,
         false_alarm: 0.01,
+        fail_on_slower: None,
         cases: vec![
             changed(),
             case("prism", CaseVerdict::EqualWithinNoise, "No difference beyond noise.", Some(equal)),

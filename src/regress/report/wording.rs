@@ -2,6 +2,7 @@
 
 use crate::regress::judgement::Judgement;
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::TimingVerdict;
 use crate::render::run_spec::quoted;
 use crate::study::format::{goal, significant, with_plain_spaces};
 use crate::study::pages::parts::list;
@@ -26,6 +27,22 @@ pub fn counts(report: &RunReport) -> String {
         .map(|(count, name)| format!("{count} {name}"))
         .collect();
     format!("{all} case{}: {}.", if all == 1 { "" } else { "s" }, list(&counted))
+}
+
+/// `Times of 12 cases against another program: 1 slower and 11 as fast.`; `None` of a run without any.
+pub fn timed(report: &RunReport) -> Option<String> {
+    let verdicts: Vec<TimingVerdict> =
+        report.cases.iter().filter_map(|case| Some(case.timing.as_ref()?.verdict)).collect();
+    let counted: Vec<String> =
+        [TimingVerdict::Slower, TimingVerdict::Untimed, TimingVerdict::Faster, TimingVerdict::AsFast]
+            .iter()
+            .map(|verdict| (verdicts.iter().filter(|known| *known == verdict).count(), verdict.name()))
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, name)| format!("{count} {name}"))
+            .collect();
+    let all = verdicts.len();
+    let cases = format!("{all} case{}", if all == 1 { "" } else { "s" });
+    (all > 0).then(|| format!("Times of {cases} against another program: {}.", list(&counted)))
 }
 
 /// What the level of false alarms means.
