@@ -1,145 +1,118 @@
-//! Pictures agree with golden pictures of our own making, in every pixel and on average.
+//! The pictures of `golden/regress.toml` have not changed: the Cornell boxes, the furnace, and every scene of one plugin.
 //!
-//! A golden file holds the mean of many independent renderings and the variance of that mean. It is made by
-//! `tools/golden` once the scene agrees with Mitsuba (`tools/compare_mitsuba`), never by a failing test. Both
-//! variances enter the test, so a change of the sampler that moves noise about does not fail it, a bias does.
+//! `pointillist regress run` says so by statistics, and how small a change it would have found. A failing test never updates a reference:
+//! `pointillist regress update tests/golden CASE --reason …` does, once the scene agrees with Mitsuba (`tests/mitsuba/regress.toml`).
 
 #![allow(clippy::unwrap_used, reason = "in a test a panic is the message")]
 
-use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use pointillist::image::compare::{Measured, ZTest, z_test};
-use pointillist::image::exr;
+use pointillist::regress::manifest::{MANIFEST, read_plan};
+use serde_json::Value;
 
 #[path = "support/place.rs"]
 mod place;
-#[path = "support/replicates.rs"]
-mod replicates;
 
-/// Seeds that the golden pictures do not use.
-const SEEDS: std::ops::Range<u32> = 1000..1032;
-
-/// Paths of one replicate, over the whole picture.
-const SAMPLES: u32 = 1 << 17;
-
-/// The smallest error of brightness that must be noticed, as allowed against Mitsuba; a multiple of it where four
-/// standard errors of the mean would take minutes to come down to it.
-const NOTICED: f64 = 0.002;
-
-/// Mean and variance of each channel, as the file has them.
-fn golden(path: &Path) -> [Measured; 3] {
-    let layers = exr::read(path).unwrap();
-    let wide = |name: &str| layers.channel(name).unwrap().iter().map(|&v| f64::from(v)).collect::<Vec<_>>();
-    replicates::CHANNELS.map(|(mean, variance)| Measured {
-        width: layers.width,
-        height: layers.height,
-        mean: wide(mean),
-        variance: wide(variance),
-    })
+fn manifest_folder() -> PathBuf {
+    place::root().join("tests/golden")
 }
 
-fn off(test: &ZTest) -> f64 {
-    (test.mean_ratio - 1.0).abs()
+/// A folder for one test, with nothing in it.
+fn empty_folder(name: &str) -> PathBuf {
+    let target = place::told("CARGO_TARGET_TMPDIR", env!("CARGO_TARGET_TMPDIR"));
+    let folder = target.join("golden").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
 }
 
-/// `noticed` is the relative error of brightness that the test must be able to see.
-#[track_caller]
-fn agrees(name: &str, noticed: f64) {
-    let root = place::root();
-    let golden = golden(&root.join(format!("tests/golden/{name}.exr")));
-    let side = golden[0].width as u32;
-    let samples_per_pixel = u64::from(SAMPLES / (side * side));
-    let plan = replicates::Plan { size: [side; 2], samples_per_pixel, seeds: SEEDS };
-    let now = replicates::measure(&root.join(format!("scenes/{name}.xml")), &plan);
-    for (mut now, golden) in now.into_iter().zip(golden) {
-        let test = z_test(&now, &golden, 0.01).unwrap();
-        println!("{name}: {test:?}");
-        assert_eq!(test.skipped, 0);
-        assert!(test.accepted >= 0.9975, "{test:?}");
-        assert!(off(&test) <= 4.0 * test.mean_ratio_error, "{test:?}");
-        now.mean.iter_mut().for_each(|v| *v *= 1.0 + noticed + off(&test));
-        let brighter = z_test(&now, &golden, 0.01).unwrap();
-        assert!(
-            off(&brighter) > 4.0 * brighter.mean_ratio_error,
-            "too noisy to prove anything: {brighter:?}"
-        );
+/// What a run says.
+struct Outcome {
+    code: Option<i32>,
+    cases: Vec<Value>,
+    /// What it printed.
+    text: String,
+}
+
+/// Runs the cases of a manifest on all cores. The first seed is given: what is tested here are the statistics, also where all bits are
+/// those of the reference.
+fn run(manifest: &Path, results: &Path, words: &[&str]) -> Outcome {
+    let jobs = std::thread::available_parallelism().map_or(1, usize::from).to_string();
+    let report = results.join("report.json");
+    let mut command =
+        Command::new(place::told("CARGO_BIN_EXE_pointillist", env!("CARGO_BIN_EXE_pointillist")));
+    command.args(["regress", "run", "--quiet", "--seed-base", "1000", "--jobs", &jobs]);
+    command.arg(manifest).arg("--results").arg(results).arg("--json").arg(&report).args(words);
+    let output = command.output().unwrap();
+    let text =
+        [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
+    let cases = std::fs::read_to_string(&report).map_or_else(
+        |_| Vec::new(),
+        |json| serde_json::from_str::<Value>(&json).unwrap()["cases"].as_array().unwrap().clone(),
+    );
+    Outcome { code: output.status.code(), cases, text }
+}
+
+/// No picture has changed, every reference has a case, and a change of brightness as small as the manifest asks for would have been found.
+#[test]
+fn pictures_have_not_changed() {
+    let manifest = manifest_folder();
+    let plan = read_plan(&manifest, None).unwrap();
+    let Outcome { code, cases, text } = run(&manifest, &empty_folder("results"), &[]);
+    println!("{text}");
+    assert_eq!(code, Some(0));
+    assert_eq!(cases.len(), plan.cases.len());
+    assert!(!text.contains("no case is compared with"));
+    for (case, planned) in cases.iter().zip(&plan.cases) {
+        let wanted = planned.budget.detect.expect("every case says what is to be found");
+        let found = case["judgement"]["detectable"].as_f64().unwrap();
+        assert!(found <= wanted, "{}: only a change of {found} would have been found", planned.name);
+    }
+    // What was noticed before there was a manifest.
+    for (name, wanted) in
+        [("cornell", 0.004), ("cornell_spheres", 0.006), ("furnace", 0.002), ("bsdf_diffuse", 0.01)]
+    {
+        let planned = plan.cases.iter().find(|case| case.name == name).unwrap();
+        assert!(planned.budget.detect.is_some_and(|detect| detect <= wanted), "{name} asks for less");
     }
 }
 
+/// Every scene of one plugin is a case, with the size and filter of its own.
 #[test]
-fn cornell_box() {
-    agrees("cornell", 2.0 * NOTICED);
-}
-
-#[test]
-fn cornell_box_with_spheres() {
-    agrees("cornell_spheres", 3.0 * NOTICED);
-}
-
-#[test]
-fn furnace() {
-    agrees("furnace", NOTICED);
-}
-
-/// Samples per pixel of one replicate of a scene for one plugin.
-const PLUGIN_SAMPLES: u64 = 16;
-
-/// The smallest error of brightness that must be noticed in a scene for one plugin.
-const PLUGIN_NOTICED: f64 = 0.01;
-
-/// Largest mean of z² over a picture. Normally distributed pixels have 1.03 (62 degrees of freedom) with a standard deviation of .05,
-/// ours up to 1.18: a tenth of the picture that is off by twice its noise is found, though each of its pixels is within chance.
-const LARGEST_MEAN_Z2: f64 = 1.35;
-
-/// What is wrong with the picture of a scene, if anything.
-fn faults(scene: &Path, picture: &Path, name: &str) -> Vec<String> {
-    if !picture.exists() {
-        return vec![format!(
-            "{} is missing: when tools/compare_mitsuba agrees on {}, call tools/golden {name}",
-            picture.display(),
-            scene.display()
-        )];
-    }
-    let size = replicates::plugin_size(scene);
-    let plan = replicates::Plan { size, samples_per_pixel: PLUGIN_SAMPLES, seeds: SEEDS };
-    let mut faults = Vec::new();
-    for (mut now, golden) in replicates::measure(scene, &plan).into_iter().zip(golden(picture)) {
-        let test = match z_test(&now, &golden, 0.01) {
-            Ok(test) => test,
-            Err(e) => return vec![format!("{name}: {e}")],
-        };
-        println!("{name}: {test:?}");
-        let rejected = (1.0 - test.accepted) * test.pixels as f64;
-        let fine = test.skipped == 0
-            && rejected.round() <= (0.0025 * test.pixels as f64).ceil()
-            && test.mean_z2 <= LARGEST_MEAN_Z2
-            && off(&test) <= 4.0 * test.mean_ratio_error;
-        if !fine {
-            faults.push(format!("{name} differs: {test:?}"));
-        }
-        now.mean.iter_mut().for_each(|v| *v *= 1.0 + PLUGIN_NOTICED + off(&test));
-        let brighter = z_test(&now, &golden, 0.01).unwrap();
-        if off(&brighter) <= 4.0 * brighter.mean_ratio_error && golden.mean.iter().any(|v| *v > 0.0) {
-            faults.push(format!("{name} is too noisy to prove anything: {brighter:?}"));
-        }
-    }
-    faults
-}
-
-#[test]
-fn scenes_for_one_plugin_each() {
-    let root = place::root();
-    let folder = root.join("tests/golden/plugins");
-    let mut stale: BTreeSet<_> =
-        std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
-    let mut all = Vec::new();
-    for scene in replicates::plugin_scenes(&root) {
+fn every_plugin_has_a_case() {
+    let plan = read_plan(&manifest_folder(), None).unwrap();
+    let files =
+        std::fs::read_dir(place::root().join("scenes/plugins")).unwrap().map(|file| file.unwrap().path());
+    let mut scenes = 0;
+    for scene in files.filter(|path| path.extension().is_some_and(|e| e == "xml")) {
         let name = scene.file_stem().unwrap().to_str().unwrap();
-        let picture = folder.join(format!("{name}.exr"));
-        all.extend(faults(&scene, &picture, name));
-        stale.remove(&picture);
+        let case = plan.cases.iter().find(|case| case.name == name);
+        let case = case.unwrap_or_else(|| panic!("{name} has no case"));
+        assert!(case.scene.ends_with(format!("scenes/plugins/{name}.xml")) && case.size.is_none());
+        scenes += 1;
     }
-    all.extend(stale.iter().map(|file| format!("{} has no scene", file.display())));
-    assert!(all.is_empty(), "{}", all.join("\n"));
+    assert!(scenes >= 70, "only {scenes} scenes");
+}
+
+/// An albedo of a face of the furnace that is 3 % too large is a change: judged as strictly as in the whole manifest.
+#[test]
+fn a_changed_albedo_is_found() {
+    let (folder, root) = (empty_folder("planted"), place::root());
+    let scene = std::fs::read_to_string(root.join("scenes/furnace.xml")).unwrap();
+    let albedo = r#"name="top" value="0.75""#;
+    assert!(scene.contains(albedo));
+    std::fs::write(folder.join("furnace.xml"), scene.replace(albedo, r#"name="top" value="0.7725""#))
+        .unwrap();
+    let manifest = std::fs::read_to_string(manifest_folder().join(MANIFEST)).unwrap();
+    let path = |path: &Path| path.to_str().unwrap().to_owned();
+    let manifest = manifest
+        .replace("../../scenes/furnace.xml", "furnace.xml")
+        .replace("../../", &format!("{}/", path(&root)));
+    let references = path(&manifest_folder().join("references"));
+    std::fs::write(folder.join(MANIFEST), format!("references = '{references}'\n{manifest}")).unwrap();
+    let outcome = run(&folder, &folder.join("results"), &["--case", "furnace"]);
+    let [case] = &outcome.cases[..] else { panic!("{}", outcome.text) };
+    assert_eq!((case["verdict"].as_str(), outcome.code), (Some("changed"), Some(1)), "{case}");
+    assert!(case["sentence"].as_str().unwrap().contains("brightness"), "{case}");
 }

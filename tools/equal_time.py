@@ -46,7 +46,7 @@ import time
 
 import mitsuba as mi
 import numpy as np
-from compare_mitsuba import load_box_filtered, main_layer
+from mitsuba_scene import load_box_filtered, main_layer
 
 # The Cornell box full of fog. Its boundary keeps away from the lamp: Mitsuba loses light where they are near each other.
 FOGGED = "target/cornell_fog.xml"

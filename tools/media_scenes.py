@@ -1,10 +1,12 @@
 """Writes small scenes with participating media: every medium, boundary, place of the emitter and phase function, in combinations
-of which each pair of choices occurs at least once, rooms filled with fog, and smoke on grids. tools/compare_media compares them with Mitsuba.
+of which each pair of choices occurs at least once, rooms filled with fog, and smoke on grids; and the manifest by which tools/compare_media
+compares them with Mitsuba.
 
 Usage: media_scenes.py FOLDER
 """
 
 import itertools
+import json
 import math
 import struct
 import sys
@@ -57,10 +59,28 @@ EMITTERS = {
     '{around}<emitter type="area"><rgb name="radiance" value="9 8 7"/></emitter></shape>',
 }
 
-# The directions that sggx of Mitsuba 3.9 samples do not follow its own density: a white furnace, σₜ 2, shows .93 (volpathmis, scalar_spectral).
-INCOMPARABLE = "<!-- compare: none, for Mitsuba samples other directions of microflakes than it evaluates. -->"
+MANIFEST = """# Of tools/media_scenes.py: {count} scenes with media against Mitsuba 3.
+[renderer.mitsuba]
+command = [{mitsuba}, {script}, "{{scene}}", "-o", "{{output}}", "--seed", "{{seed}}", "--spp", "{{spp}}"]
 
-SCENE = """<scene version="3.0.0">{comparison}
+[tolerance.tables]
+relative = 0.003
+
+[[case]]
+scene = "*.xml"
+# The directions that sggx of Mitsuba 3.9 samples do not follow its own density: a white furnace, σₜ 2, shows .93 (volpathmis, scalar_spectral).
+except = {flakes}
+devices = ["cpu"]
+options = ["--filter", "box"]
+spp = 64
+seeds = 12
+most_seeds = 48
+detect = 0.01
+tolerance = "tables"
+against = "mitsuba"
+"""
+
+SCENE = """<scene version="3.0.0">
 <integrator type="{integrator}"><integer name="max_depth" value="{depth}"/><integer name="rr_depth" value="50"/></integrator>
 <sensor type="perspective"><float name="fov" value="32"/>{camera}
 <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/><rfilter type="box"/></film></sensor>
@@ -81,7 +101,6 @@ def text(medium, boundary, emitter, phase):
     inside = '<ref name="interior" id="fog"/>'
     around = '<ref name="exterior" id="fog"/>'
     return SCENE.format(
-        comparison=INCOMPARABLE if phase == "flakes" and medium != "absorbing" else "",
         integrator="volpathmis" if chromatic else "volpath",
         depth=40 if medium in ("dense", "milk") else 16,
         camera=LOOK.format(origin="0, -4, 1.6"),
@@ -101,7 +120,6 @@ def room(medium, phase, emitter):
     chromatic = medium in ("chromatic", "dye")
     weak = MEDIA[medium] if medium == "thin" else MEDIA[medium].replace('"5"', '"0.5"').replace('"4"', '"0.4"').replace('"3"', '"0.3"')
     return SCENE.format(
-        comparison="",
         integrator="volpathmis" if chromatic else "volpath",
         depth=12,
         camera=LOOK.format(origin="0, -3.5, 1.6") + '<ref id="fog"/>',
@@ -155,7 +173,6 @@ def on_grid(name, channels="density", phase="isotropic", emitter="sky", scale="1
         f"{PHASES[phase].replace('flakes.vol', 'fibres.vol')}</medium>"
     )
     return SCENE.format(
-        comparison=INCOMPARABLE if phase == "flakes" else "",
         integrator="volpathmis",
         depth=30,
         camera=LOOK.format(origin="0, -4, 1.6"),
@@ -164,6 +181,11 @@ def on_grid(name, channels="density", phase="isotropic", emitter="sky", scale="1
         boundary=box + '<bsdf type="null"/><ref name="interior" id="fog"/></shape>',
         emitter=EMITTERS[emitter],
     )
+
+
+def scatters_by_flakes(name):
+    """Whether microflakes scatter light in the scene of this name."""
+    return any(word in name for word in ("flakes", "fibres")) and not name.startswith("absorbing")
 
 
 def combinations():
@@ -201,6 +223,11 @@ def main():
     scenes["smoke-lamp-fibres"] = on_grid("smoke", phase="flakes", emitter="lamp", scale="20")
     for name, scene in scenes.items():
         (folder / f"{name}.xml").write_text(scene)
+    tools = Path(__file__).resolve().parent
+    words = [json.dumps(str(tools / name)) for name in ("mitsuba", "mitsuba_scene.py")]
+    flakes_only = json.dumps([name for name in scenes if scatters_by_flakes(name)])
+    manifest = MANIFEST.format(count=len(scenes), mitsuba=words[0], script=words[1], flakes=flakes_only)
+    (folder / "regress.toml").write_text(manifest)
     print(f"{len(scenes)} scenes in {folder}")
 
 

@@ -30,7 +30,7 @@ from xml.etree import ElementTree
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from compare_mitsuba import load_box_filtered
+from mitsuba_scene import load_box_filtered
 from equal_time import BIASED, CERTAIN, METHODS, MISSED, WEIGHTS, light_of, ours, theirs
 
 VARIANT, PEER = "llvm_ad_rgb", "mitsuba path"

@@ -41,7 +41,7 @@ from pathlib import Path
 import flip_evaluator
 import mitsuba as mi
 import numpy as np
-from compare_mitsuba import Failed, main_layer
+from mitsuba_scene import Failed, main_layer
 
 mi.set_variant("scalar_rgb")
 

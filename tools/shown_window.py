@@ -29,7 +29,7 @@ import numpy as np
 from Xlib import X, XK, display, error
 from Xlib.ext import xtest
 
-from compare_mitsuba import Failed
+from mitsuba_scene import Failed
 from shown import ciede2000, flip, write_png
 
 # Options of the printed command that the reference replaces.

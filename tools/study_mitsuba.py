@@ -10,7 +10,7 @@ import time
 
 import mitsuba as mi
 import numpy as np
-from compare_mitsuba import load_box_filtered
+from mitsuba_scene import load_box_filtered
 
 TIMES = [1 / 3, 1.0, 3.0, 10.0, 30.0]
 METHODS = ["path", "ptracer"]

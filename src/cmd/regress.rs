@@ -16,7 +16,7 @@ use crate::regress::case_run::{device, method};
 use crate::regress::manifest::read_plan;
 use crate::regress::merge::merge;
 use crate::regress::plan::{ReferenceSource, RegressPlan};
-use crate::regress::provenance::stored;
+use crate::regress::provenance::{stored, unused_references};
 use crate::regress::report;
 use crate::regress::run::{RegressEvent, RegressOptions, choose, run};
 use crate::regress::run_report::{CaseVerdict, RunReport};
@@ -121,6 +121,9 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         tell_untimed(&outcome.report);
     }
     tell_time_failures(&outcome.report);
+    if is_whole && args.cases.is_empty() {
+        tell_unused_references(&plan, &args.folder);
+    }
     if args.for_merge {
         return Ok(0);
     }
@@ -139,6 +142,22 @@ fn timing(args: &RegressRunArgs) -> Result<Option<TimingOptions>> {
         ));
     }
     Ok(Some(TimingOptions { against, pairs: args.time_pairs, most_pairs: args.most_time_pairs }))
+}
+
+/// Names references that no case is compared with, in one line: of cases that are no more. With `--device` other references may be of other
+/// devices.
+fn tell_unused_references(plan: &RegressPlan, folder: &RegressFolder) {
+    const MOST_NAMES: usize = 5;
+    let unused = unused_references(plan);
+    if unused.is_empty() || folder.device.is_some() {
+        return;
+    }
+    let names: Vec<String> = unused.iter().take(MOST_NAMES).map(|path| path.display().to_string()).collect();
+    let more = match unused.len().saturating_sub(MOST_NAMES) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    tell(&format!("no case is compared with {}{more}: delete what is no longer needed", names.join(", ")));
 }
 
 /// Says which cases have no times because only their own program renders them.
@@ -217,6 +236,9 @@ fn merge_shards(args: &RegressMergeArgs) -> Result<u8> {
     let report = merge(&plan, &args.cases, &args.parts, &results, args.fail_on_slower)?;
     publish_report(&report, &args.outputs, &results, true)?;
     tell_time_failures(&report);
+    if args.cases.is_empty() {
+        tell_unused_references(&plan, &args.folder);
+    }
     Ok(report.exit_code())
 }
 

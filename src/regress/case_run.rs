@@ -317,11 +317,18 @@ impl CaseRunner<'_> {
     /// How renderings of a case were made.
     pub fn provenance(&self, case: &RegressCase, tally: &RenderingTally, seeds: Range<u32>) -> Provenance {
         let scene = case.scene.strip_prefix(&self.plan.folder).unwrap_or(&case.scene);
+        // Where this program and its results were says nothing of the picture.
+        let here = |word: &String| match Path::new(word) {
+            path if path == self.program || path.starts_with(self.results) => {
+                path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
+            _ => word.clone(),
+        };
         Provenance {
             reason: None,
             scene: scene.display().to_string(),
             scene_hash: self.hashes.scene(&case.scene),
-            command: tally.command.join(" "),
+            command: tally.command.iter().map(here).collect::<Vec<_>>().join(" "),
             device: tally.device.clone().unwrap_or_else(|| device(&case.renderer)),
             seeds,
             spp: case.budget.spp,

@@ -15,6 +15,7 @@ use toml::Spanned;
 use self::check::ManifestText;
 use super::plan::{CaseBudget, CaseRenderer, CaseTolerance, ReferenceSource, RegressCase, RegressPlan};
 use crate::scene::desc::IntegratorKind;
+use crate::scene::suggest;
 
 /// Name of the manifest.
 pub const MANIFEST: &str = "regress.toml";
@@ -38,12 +39,13 @@ struct ManifestFile {
     cases: Vec<Spanned<CaseTable>>,
 }
 
-/// `[[case]]`, or `[defaults]`, which has neither `name` nor `scene`.
+/// `[[case]]`, or `[defaults]`, which has neither `name` nor `scene` nor `except`.
 #[derive(Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct CaseTable {
     name: Option<Spanned<String>>,
     scene: Option<Spanned<String>>,
+    except: Option<Spanned<Vec<Spanned<String>>>>,
     renderer: Option<Spanned<String>>,
     methods: Option<Spanned<Vec<Spanned<String>>>>,
     devices: Option<Spanned<Vec<String>>>,
@@ -83,6 +85,7 @@ impl CaseTable {
         Self {
             name: self.name,
             scene: self.scene,
+            except: self.except,
             renderer: self.renderer.or(defaults.renderer),
             methods: self.methods.or(defaults.methods),
             devices: self.devices.or(defaults.devices),
@@ -163,10 +166,15 @@ impl ManifestReader<'_> {
     /// Adds all cases of a table.
     fn add(&mut self, table: &Spanned<CaseTable>) -> Result<()> {
         let (text, own) = (self.text, table.get_ref());
-        for (key, value) in [("name", &self.file.defaults.name), ("scene", &self.file.defaults.scene)] {
-            if let Some(value) = value {
+        let defaults = &self.file.defaults;
+        for (key, place) in [
+            ("name", defaults.name.as_ref().map(Spanned::span)),
+            ("scene", defaults.scene.as_ref().map(Spanned::span)),
+            ("except", defaults.except.as_ref().map(Spanned::span)),
+        ] {
+            if let Some(place) = place {
                 let help = format!("write `{key}` in a [[case]]");
-                return Err(text.error(value.span(), &help, format!("`{key}` is no default")));
+                return Err(text.error(place, &help, format!("`{key}` is no default")));
             }
         }
         let case = own.clone().or(self.file.defaults.clone());
@@ -180,8 +188,9 @@ impl ManifestReader<'_> {
                 format!("names are relative to {}; `*` stands for any part of a name", self.folder.display());
             return Err(text.error(scene.span(), &help, format!("no file is called {}", scene.get_ref())));
         }
+        // An exception leaves the names of the other cases as they are.
         let several = found.len() > 1;
-        for path in found {
+        for path in self.without_exceptions(&case, found)? {
             let named = scene_name(&path);
             let base = match &case.name {
                 Some(name) if several => format!("{}-{named}", name.get_ref()),
@@ -192,6 +201,30 @@ impl ManifestReader<'_> {
             self.add_scene(own, &case, &path, &base, place)?;
         }
         Ok(())
+    }
+
+    /// The files of a pattern but for those that `except` names.
+    fn without_exceptions(&self, case: &CaseTable, found: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
+        let Some(except) = &case.except else { return Ok(found) };
+        let is_meant =
+            |word: &Spanned<String>, path: &PathBuf| glob::matches(word.get_ref(), &scene_name(path));
+        if let Some(word) =
+            except.get_ref().iter().find(|word| !found.iter().any(|path| is_meant(word, path)))
+        {
+            let names: Vec<String> = found.iter().map(|path| scene_name(path)).collect();
+            let otherwise =
+                "name a scene as its case is named, without folder and ending; `*` stands for any part";
+            let help = suggest::nearest_or(word.get_ref(), names.iter().map(String::as_str), otherwise);
+            let message = format!("no scene of this case is called {}", word.get_ref());
+            return Err(self.text.error(word.span(), &help, message));
+        }
+        let is_left = |path: &PathBuf| !except.get_ref().iter().any(|word| is_meant(word, path));
+        let left: Vec<PathBuf> = found.into_iter().filter(is_left).collect();
+        if left.is_empty() {
+            let help = "leave the case out, or some of these names";
+            return Err(self.text.error(except.span(), help, "no scene of this case is left".into()));
+        }
+        Ok(left)
     }
 
     /// Adds the product of methods and devices of a scene.

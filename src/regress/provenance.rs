@@ -148,6 +148,25 @@ pub fn stored(plan: &RegressPlan, name: &str) -> PathBuf {
     plan.references.join(format!("{name}.exr"))
 }
 
+/// Files in the folder of the references that no case of the plan is compared with, in the order of their names.
+pub fn unused_references(plan: &RegressPlan) -> Vec<PathBuf> {
+    let used: BTreeSet<PathBuf> = plan
+        .cases
+        .iter()
+        .filter_map(|case| match &case.reference {
+            ReferenceSource::Stored(name) => Some(stored(plan, name)),
+            ReferenceSource::Picture(path) => Some(path.clone()),
+            ReferenceSource::Rendered { .. } => None,
+        })
+        .collect();
+    // Without the folder there is no reference, as every case says.
+    let files = std::fs::read_dir(&plan.references).into_iter().flatten().flatten().map(|file| file.path());
+    let mut unused: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "exr") && !used.contains(path)).collect();
+    unused.sort();
+    unused
+}
+
 /// How evidence was made: attributes of its file.
 #[derive(Clone, Debug, Default)]
 pub struct Provenance {
@@ -274,5 +293,28 @@ mod tests {
         assert_eq!(first, key());
         write("library", "2");
         assert_ne!(first.program, key().program);
+    }
+
+    /// References of cases that are no more: told by a run, because nothing else would.
+    #[test]
+    fn references_without_a_case_are_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+        write("a.xml", "<scene/>");
+        write(
+            "regress.toml",
+            "[[case]]\nscene = \"a.xml\"\n[[case]]\nname = \"b\"\nscene = \"a.xml\"\nagainst = \"references/p.exr\"\n",
+        );
+        let unused = || {
+            let plan = read_plan(folder.path(), None).expect("a plan");
+            unused_references(&plan)
+        };
+        assert!(unused().is_empty());
+        std::fs::create_dir(folder.path().join("references")).expect("a folder");
+        for name in ["a.exr", "z.exr", "p.exr", "old.exr", "notes.txt"] {
+            write(&format!("references/{name}"), "");
+        }
+        let names = ["old.exr", "z.exr"].map(|name| folder.path().join("references").join(name));
+        assert_eq!(unused(), names);
     }
 }

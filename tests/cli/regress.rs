@@ -191,6 +191,25 @@ fn only_the_owner_of_a_reference_is_compared_by_bits() {
     assert_eq!(seeds_in_log(&place, "a+bidirectional")[0], 1000);
 }
 
+/// A reference whose case is no more is named, in one line, by runs of all cases.
+#[test]
+fn references_without_a_case_are_told() {
+    let place = folder("unused");
+    prepare(&place, "[[case]]\nscene = \"*.xml\"\n", &["a.xml", "b.xml"]);
+    update(&place);
+    std::fs::remove_file(place.join("b.xml")).unwrap();
+    let told = |words: &[&str]| {
+        let output = regress(&place, &[&["run"][..], words].concat(), 0);
+        let told = text(&output.stderr);
+        let lines = told.lines().filter(|line| line.contains("no case is compared with"));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let lines = told(&[]);
+    assert!(matches!(&lines[..], [line] if line.contains("b.exr") && !line.contains("a.exr")), "{lines:?}");
+    assert!(told(&["--case", "a"]).is_empty());
+    assert!(told(&["--shard", "1/2"]).is_empty());
+}
+
 #[test]
 fn a_broken_case_is_not_the_end() {
     let place = folder("broken");

@@ -1,4 +1,4 @@
-//! Every bsdf plugin has an entry in `tests/support/bsdfs.rs`, and every plugin of a bsdf or a light a scene and a golden picture of it; and
+//! Every bsdf plugin has an entry in `tests/support/bsdfs.rs`, and every plugin of a bsdf or a light a scene and a golden reference of it; and
 //! readers of bsdfs take no parameter that is unknown or impossible.
 
 use std::path::Path;
@@ -33,7 +33,7 @@ fn every_bsdf_is_in_the_list_of_general_tests() {
 }
 
 #[test]
-fn every_bsdf_and_every_light_has_a_scene_and_a_golden_picture() {
+fn every_bsdf_and_every_light_has_a_scene_and_a_golden_reference() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for kind in ["bsdf", "emitter"] {
         let shown = |plugin: &&str| !(STAND_INS.contains(plugin) || HALVES.contains(plugin));
@@ -41,8 +41,9 @@ fn every_bsdf_and_every_light_has_a_scene_and_a_golden_picture() {
             let name = format!("{kind}_{plugin}");
             let scene = root.join(format!("scenes/plugins/{name}.xml"));
             assert!(scene.exists(), "add a scene that shows the {kind} `{plugin}`: {}", scene.display());
-            let golden = root.join(format!("tests/golden/plugins/{name}.exr"));
-            assert!(golden.exists(), "make the golden picture of {name}: tools/golden {name}");
+            let golden = root.join(format!("tests/golden/references/{name}.exr"));
+            let advice = "pointillist regress update tests/golden";
+            assert!(golden.exists(), "make the golden reference of {name}: {advice} {name} --reason …");
         }
     }
 }

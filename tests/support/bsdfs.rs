@@ -6,7 +6,7 @@
 //! - random scenes with and without the plan of effects: `tests/tracer/effects_check.rs`;
 //! - white furnaces by several methods: `tests/agreement/furnace.rs`;
 //! - parameters that are missing, unknown or impossible: `tests/scene/bsdfs.rs`, which also fails where a plugin has no entry here, no scene
-//!   or no golden picture.
+//!   or no golden reference.
 
 use pointillist::scene::desc::texture::TexturePoint;
 use pointillist::scene::desc::{BsdfDesc, SceneDesc};

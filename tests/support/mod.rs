@@ -14,7 +14,6 @@ pub mod largest;
 pub mod models;
 pub mod place;
 pub mod proxy;
-pub mod replicates;
 pub mod scenes;
 pub mod spawned;
 pub mod synthetic;

@@ -1,23 +1,18 @@
-//! Makes data: golden pictures, meshes, pictures side by side, and the documentation of plugins. `cargo run --release --example make -- --help`.
-
-#![allow(clippy::unwrap_used, reason = "shared with tests, where a panic is the message")]
+//! Makes data: meshes, pictures side by side, and the documentation of plugins. `cargo run --release --example make -- --help`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-mod golden;
 #[path = "../meshes/mod.rs"]
 #[allow(dead_code, reason = "the merged list is for rays")]
 mod meshes;
 mod mitsuba;
 mod montage;
 mod plugins;
-#[path = "../../tests/support/replicates.rs"]
-mod replicates;
 
-/// Makes data for tests, benchmarks and figures.
+/// Makes data for benchmarks and figures.
 #[derive(Parser)]
 #[command(name = "make")]
 struct Arguments {
@@ -34,11 +29,6 @@ enum MeshFormat {
 
 #[derive(Subcommand)]
 enum What {
-    /// Makes the golden pictures of tests/golden/ anew, only after they were checked against Mitsuba
-    Golden {
-        /// The scenes to make them for, such as `cornell` or `bsdf_plastic`; all if none is named
-        names: Vec<String>,
-    },
     /// Writes the meshes of `tools/bench rays` as Mitsuba 3 scenes: spheres.xml and bigmesh.xml, with one file per material
     Meshes {
         /// The folder to write to
@@ -61,7 +51,6 @@ enum What {
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().what {
-        What::Golden { names } => golden::make(&names),
         What::Meshes { folder, format } => mitsuba::write(&folder, format),
         What::Montage { out, pictures } => montage::join(&out, &pictures),
         What::Plugins => document_plugins(),

@@ -149,13 +149,15 @@ fn values_without_noise_come_back_exactly() {
 
 #[test]
 fn pictures_with_variances_alone_are_references_and_others_are_refused() {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/cornell.exr");
-    let (read, attributes) = Evidence::read(&golden).expect("a reference");
-    assert_eq!((read.renderings, read.areas.len(), attributes.len()), (1, 0, 0));
-    assert_eq!((read.mean.width(), read.variance.width()), (64, 64));
     let folder = folder();
     let path = folder.path().join("plain.exr");
-    written(&path, &SyntheticScene::new(16).expected(), &[("variance.R", 0.0)]);
+    let pixels = SyntheticScene::new(16).expected();
+    written(&path, &pixels, &[("variance.R", 0.25), ("variance.G", 0.5), ("variance.B", 1.0)]);
+    let (read, attributes) = Evidence::read(&path).expect("a reference");
+    assert_eq!((read.renderings, read.areas.len(), attributes.len()), (1, 0, 0));
+    assert_eq!(read.mean.pixels(), pixels.pixels());
+    assert!(read.variance.pixels().iter().all(|variance| *variance == [0.25, 0.5, 1.0]));
+    written(&path, &pixels, &[("variance.R", 0.0)]);
     let refused = Evidence::read(&path).expect_err("it has no variances");
     assert!(refused.to_string().contains("variance.G"), "{refused}");
     let missing = Evidence::read(&folder.path().join("missing.exr")).expect_err("there is none");

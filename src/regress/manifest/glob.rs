@@ -26,7 +26,8 @@ pub(super) fn expand(folder: &Path, pattern: &str) -> Vec<PathBuf> {
     found
 }
 
-fn matches(pattern: &str, name: &str) -> bool {
+/// Whether a name is one that the pattern stands for.
+pub(super) fn matches(pattern: &str, name: &str) -> bool {
     let Some((first, rest)) = pattern.split_once('*') else { return pattern == name };
     let Some(name) = name.strip_prefix(first) else { return false };
     let mut ends = name.char_indices().map(|(at, _)| at).chain([name.len()]);

@@ -109,6 +109,17 @@ one_reference = ["devices"]
     }
 }
 
+/// Exceptions name scenes as their cases are named, and the names of the other cases stay.
+#[test]
+fn exceptions_of_a_pattern_are_no_cases() {
+    let folder = folder("[[case]]\nname = \"all\"\nscene = \"*.xml\"\nexcept = [\"c\", \"d*\"]\n");
+    for name in ["c.xml", "d1.xml", "d2.xml"] {
+        std::fs::write(folder.path().join(name), "<scene/>").expect("a file");
+    }
+    let plan = read_plan(folder.path(), None).unwrap_or_else(|error| panic!("{error:?}"));
+    assert_eq!(names(&plan), ["all-a"]);
+}
+
 #[test]
 fn references_of_other_programs() {
     let manifest = r#"
@@ -155,6 +166,9 @@ fn mistakes_have_a_place_and_advice() {
         ("[[case]]\nscene = \"a.xml\"\n[[case]]\nscene = \"a.xml\"\n", ":4:9", "two cases are called a"),
         ("[[case]]\nscene = \"a.xml\"\ntolerance = \"strict\"\nagainst = \"x.exr\"\n", ":4:11", "same bits"),
         ("[defaults]\nscene = \"a.xml\"\n[[case]]\n", ":2:9", "no default"),
+        ("[defaults]\nexcept = [\"a\"]\n[[case]]\nscene = \"a.xml\"\n", ":2:10", "no default"),
+        ("[[case]]\nscene = \"*.xml\"\nexcept = [\"aa\"]\n", ":3:11", "no scene of this case is called aa"),
+        ("[[case]]\nscene = \"*.xml\"\nexcept = [\"*\"]\n", ":3:10", "no scene of this case is left"),
         ("false_alarm = 2\n[[case]]\nscene = \"a.xml\"\n", ":1:15", "a probability"),
         (
             "[renderer.x]\ncommand = [\"x\", \"{scene}\", \"{output}\"]\n[[case]]\nscene = \"a.xml\"\nrenderer = \"x\"\n",

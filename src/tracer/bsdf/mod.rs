@@ -41,8 +41,8 @@
 //! 5. **Tests**: one entry in `tests/support/bsdfs.rs`. General tests read that list: sampling against density and value, reciprocity,
 //!    energy and hard cases, random scenes with and without the plan of effects, white furnaces by several methods, and impossible
 //!    parameters. Beside it a case in `tests/stability/bsdf/cases.rs`, which says how wide the lobes are; a scene,
-//!    `scenes/plugins/bsdf_velvet.xml`, that agrees with Mitsuba (`tools/compare_mitsuba`), and its golden picture
-//!    (`tools/golden bsdf_velvet`). A test fails and says so where one of these is missing.
+//!    `scenes/plugins/bsdf_velvet.xml`, that agrees with Mitsuba (`pointillist regress run tests/mitsuba --case bsdf_velvet`), and its golden
+//!    reference (`pointillist regress update tests/golden bsdf_velvet --reason …`). A test fails and says so where one of these is missing.
 //!
 //! [`Diffuse`] with `DiffuseDesc` is the shortest example, [`RoughPlastic`] one with a table made ahead. The smooth and the rough form
 //! of one material stand in one file.

@@ -34,7 +34,8 @@
 //!    none of them: it is registered with its primitives in `tracer/prepare/geometry.rs`. Its position, direction and colour can be edited
 //!    by lines in `scene/edit/parameters.rs`.
 //! 4. Tests: `tests/tracer/lights.rs` compares the irradiance with its exact value, and samples with densities; `scenes/plugins/emitter_NAME.xml`
-//!    has a golden picture (`tools/golden`), and `tools/plugins` documents it.
+//!    agrees with Mitsuba (`tests/mitsuba`) and has a golden reference (`pointillist regress update tests/golden
+//!    emitter_NAME`), and `tools/plugins` documents it.
 
 mod bounds;
 mod casters;
