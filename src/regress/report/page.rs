@@ -187,7 +187,8 @@ mod tests {
                 let mut times = sample::times();
                 times.passes[1].name = sample::HOSTILE.into();
                 (times.seconds, times.paths_per_trace_second) = (bad, Some(bad));
-                (times.passes[0].milliseconds, case.times) = (bad, Some(times));
+                times.passes[0].milliseconds = bad;
+                case.times = Some(times);
                 if let Some(judgement) = &mut case.judgement {
                     judgement.brightness = [[bad, 1.0], [1.0, bad], [bad; 2]];
                     (judgement.p_value, judgement.detectable, judgement.detectable_area) = (bad, bad, bad);
