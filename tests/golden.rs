@@ -39,6 +39,7 @@ struct Outcome {
 /// those of the reference.
 fn run(manifest: &Path, results: &Path, words: &[&str]) -> Outcome {
     let jobs = std::thread::available_parallelism().map_or(1, usize::from).to_string();
+    std::fs::create_dir_all(results).unwrap();
     let report = results.join("report.json");
     let mut command =
         Command::new(place::told("CARGO_BIN_EXE_pointillist", env!("CARGO_BIN_EXE_pointillist")));

@@ -62,8 +62,19 @@ fn program() -> Result<PathBuf> {
 }
 
 /// The file that holds the code of [`program`]: what the environment variable POINTILLIST_LIBRARY names, as the package for Python sets it.
-fn library() -> Option<PathBuf> {
-    std::env::var_os("POINTILLIST_LIBRARY").map(PathBuf::from)
+///
+/// # Errors
+/// Where it names no file: results of different builds could not be told apart.
+fn library() -> Result<Option<PathBuf>> {
+    let Some(path) = std::env::var_os("POINTILLIST_LIBRARY").map(PathBuf::from) else { return Ok(None) };
+    if !path.is_file() {
+        return Err(miette::miette!(
+            help = "name the library that POINTILLIST_PROGRAM loads, or unset the variable",
+            "POINTILLIST_LIBRARY: there is no file {}",
+            path.display()
+        ));
+    }
+    Ok(Some(path))
 }
 
 fn run_cases(args: &RegressRunArgs) -> Result<u8> {
@@ -81,7 +92,7 @@ fn run_cases(args: &RegressRunArgs) -> Result<u8> {
         seed_base: args.seed_base,
         jobs: usize::from(args.jobs),
         program: program()?,
-        library: library(),
+        library: library()?,
         timing,
     };
     let rounds = if options.timing.is_some() { 2 } else { 1 };
@@ -157,7 +168,10 @@ fn tell_unused_references(plan: &RegressPlan, folder: &RegressFolder) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    tell(&format!("no case is compared with {}{more}: delete what is no longer needed", names.join(", ")));
+    tell(&format!(
+        "no case of this manifest is compared with {}{more}: delete what nothing else needs",
+        names.join(", ")
+    ));
 }
 
 /// Says which cases have no times because only their own program renders them.

@@ -267,7 +267,7 @@ impl BisectSite {
 }
 
 /// A path without `.` and `..`, as far as its words say.
-fn normalised(path: &Path) -> PathBuf {
+pub(super) fn normalised(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
         match part {

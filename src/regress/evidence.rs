@@ -134,7 +134,10 @@ impl Evidence {
             (None | Some(0), _) => Vec::new(),
             (Some(renderings), Some(Attribute::Bytes(packed))) => {
                 let count = AreaLayout::new(size.0, size.1).count();
+                let finite =
+                    |areas: &Vec<Vec<[f32; 3]>>| areas.iter().flatten().flatten().all(|v| v.is_finite());
                 unpack_areas(packed, renderings, count)
+                    .filter(finite)
                     .ok_or_else(|| refuse(format!("its areas are not those of {renderings} renderings")))?
             }
             (Some(_), _) => {

@@ -95,7 +95,7 @@ fn numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[[f64; 2]; 3], D::Err
 /// that of the normal or χ² distribution (`statistics/permutation.rs`). With fewer renderings, of different effort, or where one side has
 /// only variances of pixels, Welch's t test and Bonferroni's correction are used, with variances that are rather too large.
 ///
-/// For the whole picture as many exchanges are drawn as the level asks for, where there are enough. There are not for two sets of 8 renderings:
+/// For the whole picture as many exchanges are drawn as the level asks for, where there are enough. There are not for two sets of 8 renderings, or 6 and 16:
 /// if their averages had a flatter distribution than the normal one, as few dimensions of quasi-Monte Carlo points might give, p values of
 /// 1e-6 may be too small by a factor of 4 (uniform distribution) or 18 (arcsine distribution). Those of areas are continued from one of 200 in any
 /// case: they are of thousands of averages over 64 pixels.

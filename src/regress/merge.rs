@@ -15,8 +15,8 @@ use crate::render::calendar;
 
 /// Collects the cases of a plan, or those whose names contain one of the words, from folders of results into one folder, and makes their
 /// report. A case that no folder has, or only that of another scene, reference or manifest, is broken; of one that several have the
-/// newest counts. With `fail_on_slower`, in per cent, a case that its shard has not timed is one that could not be timed. Shards that
-/// waited for this are at their end: called again, they begin anew.
+/// newest counts. With `fail_on_slower`, in per cent, a case that its shard has not timed is one that could not be timed. Once all
+/// cases are merged, shards that waited for this are at their end: called again, they begin anew.
 ///
 /// # Errors
 /// For a word that no case has, a folder that does not exist, results of different builds of this program or times against different
@@ -36,7 +36,7 @@ pub fn merge(
     let results = results_folder(plan, results)?;
     let hashes = FileHashes::default();
     let (mut build, mut other): (Option<Build<'_>>, Option<Build<'_>>) = (None, None);
-    let mut cases = Vec::new();
+    let (mut cases, mut is_complete) = (Vec::new(), true);
     for case in chosen {
         let wanted = hashes.key(plan, case, Path::new(""), None);
         let has_key = |finished: &FinishedCase| {
@@ -54,6 +54,7 @@ pub fn merge(
         let newest = of_plan.max_by_key(|(part, _)| FinishedCase::written(part, &case.name));
         let Some((part, mut finished)) = newest else {
             cases.push(broken_report(plan, case, reason.to_owned()));
+            is_complete = false;
             continue;
         };
         let only_own = matches!(case.renderer, CaseRenderer::Pointillist { .. })
@@ -75,7 +76,10 @@ pub fn merge(
         }
         cases.push(report);
     }
-    parts.iter().try_for_each(|part| end_waiting_shards(part))?;
+    // A shard that waits keeps its renderings while there is something to merge again.
+    if words.is_empty() && is_complete {
+        parts.iter().try_for_each(|part| end_waiting_shards(part))?;
+    }
     Ok(RunReport {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         folder: plan.folder.clone(),

@@ -173,7 +173,7 @@ pub fn run(
     match &options.timing {
         Some(timing) if unfinished == 0 => unfinished = run.time(&chosen, &mut cases, timing)?,
         Some(_) => {}
-        None => cases.iter_mut().for_each(|case| case.timing = None),
+        None => cases.iter_mut().try_for_each(|case| forget_timing(&results, case))?,
     }
     match unfinished {
         0 if options.for_merge => atomically(&mark, WAITS).into_diagnostic()?,
@@ -190,6 +190,17 @@ pub fn run(
         cases,
     };
     Ok(RegressOutcome { report, unfinished })
+}
+
+/// Removes the times of an interrupted run that compared them, as this one does not.
+fn forget_timing(results: &Path, case: &mut CaseReport) -> Result<()> {
+    if case.timing.take().is_none() {
+        return Ok(());
+    }
+    match FinishedCase::read(results, &case.name) {
+        Some(finished) => FinishedCase { report: case.clone(), ..finished }.write(results),
+        None => Ok(()),
+    }
 }
 
 fn remove_mark(mark: &Path) -> Result<()> {

@@ -75,7 +75,12 @@ class Regression:
             shared.add_argument(name)
         shared.add_argument("--device")
         shared.add_argument("--case", action="append")
+        shared.add_argument("--quiet", "-q", action="store_true")
         of_merge, of_parts = shared.parse_known_args(known.options)
+        del of_merge.quiet
+        for option in ("--fresh", "--shard", "--for-merge"):
+            if any(word.split("=")[0] == option for word in of_parts):
+                shared.error(f"{option} is no option here: shards are numbered by --of. To begin anew, remove {known.directory}")
         of_merge.results = of_merge.results or str(known.directory / "results")
         both, reports = [], []
         for name, value in vars(of_merge).items():
@@ -93,7 +98,8 @@ class Regression:
 
     def is_done(self, number):
         """A part that has its mark has come to its end in an earlier call, and is not merged yet."""
-        return (self.directory / str(number) / f".unfinished-{number}-of-{self.of}").exists()
+        mark = self.directory / str(number) / f".unfinished-{number}-of-{self.of}"
+        return mark.is_file() and mark.read_text().startswith("waits for")
 
     def keep(self, number, data):
         """Writes a folder that is there as a whole or not at all."""

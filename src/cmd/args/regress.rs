@@ -99,7 +99,7 @@ pub struct RegressRunArgs {
 
     /// Exit code 0 once the shard has come to its end, whatever the verdicts: that of `regress merge` tells. Called again before it is
     /// merged, the shard keeps what it has.
-    #[arg(long, requires = "shard")]
+    #[arg(long, requires = "shard", conflicts_with = "fail_on_slower")]
     pub for_merge: bool,
 
     /// Begin anew although an earlier run was interrupted.

@@ -3,6 +3,7 @@
 //! Format and escapes: `@actions/core`, `command.ts`, and GitHub's page *Workflow commands for GitHub Actions*.
 
 use super::wording;
+use crate::regress::bisect::normalised;
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
 use crate::regress::timing::TimingVerdict;
 
@@ -40,10 +41,9 @@ pub fn annotations(report: &RunReport) -> String {
 
 /// A command that shows a message at the scene file of a case.
 fn at_scene(report: &RunReport, case: &CaseReport, level: &str, outcome: &str, message: &str) -> String {
-    let path = report.folder.join(&case.scene).display().to_string();
-    let path = path.strip_prefix("./").unwrap_or(&path);
+    let path = normalised(&report.folder.join(&case.scene)).display().to_string();
     let title = format!("{}: {outcome}", case.name);
-    format!("::{level} file={},title={}::{}\n", property(path), property(&title), data(message))
+    format!("::{level} file={},title={}::{}\n", property(&path), property(&title), data(message))
 }
 
 /// The message of a command.

@@ -10,6 +10,7 @@ use super::history::{self, RunHistory};
 use super::{timing_section, wording};
 use crate::image::ImageError;
 use crate::regress::run_report::{CaseReport, CaseVerdict, RunReport};
+use crate::regress::timing::TimingVerdict;
 use crate::study::format::seconds_of;
 use crate::study::pages::chart::shortened;
 use crate::study::pages::document;
@@ -43,7 +44,14 @@ pub fn html(report: &RunReport, results: &Path) -> Result<String, ImageError> {
         })
         .collect();
     // The sort is stable: cases of one verdict stay in the order of the manifest.
-    cases.sort_by_key(|shown| std::cmp::Reverse((shown.case.verdict, wording::is_undecided(shown.case))));
+    cases.sort_by_key(|shown| {
+        let is_slow = report.time_failure(shown.case).is_some();
+        std::cmp::Reverse((
+            shown.case.verdict.max(CaseVerdict::EqualWithinNoise),
+            is_slow,
+            wording::is_undecided(shown.case),
+        ))
+    });
     let folder = std::path::absolute(&report.folder).unwrap_or_else(|_| report.folder.clone());
     let folder = shortened(&folder.display().to_string(), 120);
     let body = html! {
@@ -61,10 +69,13 @@ pub fn html(report: &RunReport, results: &Path) -> Result<String, ImageError> {
 
 /// The outcome of the run in a few words.
 fn headline(report: &RunReport) -> &'static str {
+    let failed = |failure| report.cases.iter().any(|case| report.time_failure(case) == Some(failure));
     match report.cases.iter().map(|case| case.verdict).max() {
         None => "Nothing was compared",
         Some(CaseVerdict::Broken) => "Broken",
         Some(CaseVerdict::Changed) => "Changed",
+        Some(_) if failed(TimingVerdict::Untimed) => "Not timed",
+        Some(_) if failed(TimingVerdict::Slower) => "Slower",
         Some(CaseVerdict::EqualWithinNoise | CaseVerdict::SameBits) => "Nothing has changed",
     }
 }

@@ -4,6 +4,8 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use pointillist::cmd::library::PlannedRender;
 use pointillist::image::Grid;
 use pointillist::image::compare::{Picture, luminance};
@@ -31,14 +33,21 @@ impl Pool {
     pub fn of_scene(case: &RegressCase, desc: &SceneDesc, seeds: Range<u32>) -> Outcome<Self> {
         let loaded = Arc::new(Loaded { desc: desc.clone(), warnings: Vec::new() });
         let renderer = on(&case.renderer, "cpu");
-        let render = |seed| -> Outcome<Grid<[f32; 3]>> {
+        // As many renderings at a time as there are cores, with one thread each.
+        let render = |seed| -> Result<Grid<[f32; 3]>, String> {
             let words = picture_options(&renderer, case.size, case.budget.spp, seed);
-            let words = words.ok_or("it is rendered by another program")?;
-            let planned = PlannedRender::new(&case.scene.display().to_string(), loaded.clone(), &words)?;
-            let rendered = planned.render(&mut |_| ControlFlow::Continue(()))?;
-            Ok(Picture::choose(&case.scene, &rendered.layers, None)?.rgb)
+            let mut words = words.ok_or("it is rendered by another program")?;
+            words.push("--deterministic".to_owned());
+            if !words.iter().any(|word| word == "--threads") {
+                words.extend(["--threads", "1"].map(str::to_owned));
+            }
+            let name = case.scene.display().to_string();
+            let planned = PlannedRender::new(&name, loaded.clone(), &words).map_err(|e| e.to_string())?;
+            let rendered = planned.render(&mut |_| ControlFlow::Continue(())).map_err(|e| e.to_string())?;
+            Ok(Picture::choose(&case.scene, &rendered.layers, None).map_err(|e| e.to_string())?.rgb)
         };
-        let (renderings, seconds) = timed(|| seeds.clone().map(render).collect::<Outcome<Vec<_>>>());
+        let (renderings, seconds) =
+            timed(|| seeds.clone().into_par_iter().map(render).collect::<Result<Vec<_>, _>>());
         eprintln!("{}: seeds {seeds:?} rendered in {seconds:.0} s", case.name);
         Ok(Self { renderings: renderings? })
     }
