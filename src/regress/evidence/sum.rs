@@ -164,9 +164,9 @@ mod tests {
             assert_eq!(asked, if spoilt { wanted.to_vec() } else { Vec::new() });
             let found = sum.evidence().expect("renderings");
             for (i, pixel) in found.mean.pixels().iter().enumerate() {
-                for c in 0..3 {
+                for (c, &value) in pixel.iter().enumerate() {
                     let [mean, variance] = at_once(&all, i, c);
-                    let now = [f64::from(pixel[c]), f64::from(found.variance.pixels()[i][c])];
+                    let now = [f64::from(value), f64::from(found.variance.pixels()[i][c])];
                     match mean.is_finite() {
                         true => {
                             assert!((now[0] - mean).abs() <= 1e-6 * mean.abs(), "{i}: {now:?} {mean}");
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn equal_values_have_no_variance() {
         let pixels = Grid::try_filled(9, 9, [0.1, 1e-7, 3e8]).expect("memory");
-        let all = Evidence::of_grids(&vec![&pixels; 7]).expect("one size");
+        let all = Evidence::of_grids(&[&pixels; 7]).expect("one size");
         assert_eq!(all.mean, pixels);
         assert!(all.variance.pixels().iter().flatten().all(|variance| *variance == 0.0));
     }
