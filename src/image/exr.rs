@@ -156,11 +156,11 @@ pub fn write(path: &Path, layers: &Layers) -> Result<(), ImageError> {
     write::atomically(path, &encode(path, layers, Packing::Usual)?)
 }
 
-/// Writes the same values as [`write`], smaller where they are noise that was rounded: the samples of channels that half floats hold exactly
+/// Writes the same values as [`write()`], smaller where they are noise that was rounded: the samples of channels that half floats hold exactly
 /// are half floats, and all are compressed by PIZ.
 ///
 /// # Errors
-/// Those of [`write`].
+/// Those of [`write()`].
 pub fn write_small(path: &Path, layers: &Layers) -> Result<(), ImageError> {
     write::atomically(path, &encode(path, layers, Packing::Small)?)
 }
