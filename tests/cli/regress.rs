@@ -201,7 +201,7 @@ fn references_without_a_case_are_told() {
     let told = |words: &[&str]| {
         let output = regress(&place, &[&["run"][..], words].concat(), 0);
         let told = text(&output.stderr);
-        let lines = told.lines().filter(|line| line.contains("no case is compared with"));
+        let lines = told.lines().filter(|line| line.contains("no case of this manifest is compared with"));
         lines.map(str::to_owned).collect::<Vec<_>>()
     };
     let lines = told(&[]);
