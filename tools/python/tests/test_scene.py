@@ -155,7 +155,8 @@ def test_attributes_of_other_shapes_are_refused(attribute: str, value: Any, erro
 
 
 def test_face_normals_is_the_switch_of_the_plugin() -> None:
-    mesh = {"type": "mesh", "vertices": VERTICES, "faces": FACES, "bsdf": {"type": "ref", "id": "metal"}}
+    normals = np.array([[-0.6, 0, 0.8], [0.6, 0, 0.8], [0, 0.6, 0.8], [0, -0.6, 0.8]], dtype=np.float32)
+    mesh = {"type": "mesh", "vertices": VERTICES, "faces": FACES, "normals": normals, "bsdf": {"type": "ref", "id": "metal"}}
     smooth, flat = (
         pointillist.load({**DICT, "ball": {**mesh, "face_normals": switch}}).render(**SMALL)["picture"] for switch in (False, True)
     )
